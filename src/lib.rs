@@ -1,0 +1,59 @@
+//! Dense matching of a 2D sketch to a 3D mesh by functional maps.
+//!
+//! The modules stand in floor order: a module imports from those above it in this list only. `http` and `worker` never
+//! name each other; they meet in `store`. `cargo check --lib --no-default-features` builds the pure floors alone and is
+//! the proof that the method needs neither a runtime nor a database.
+
+// Floor 1: pure. No tokio, no input or output, no clock.
+
+/// Solvers that know operators, not meshes: sparse factorisation, block Lanczos, least squares, conjugate gradient,
+/// proximal gradient, proximal operators, CoSaMP, nearest neighbours, and the report every iteration leaves behind.
+pub mod numerics;
+
+/// A valid triangle mesh, what is measured on it, and the file formats it arrives in.
+pub mod mesh;
+
+/// A drawing and the flat mesh made of it.
+pub mod sketch;
+
+/// The Laplacian of a mesh and its eigenpairs.
+pub mod spectral;
+
+/// Point descriptors made of eigenpairs: heat kernel, wave kernel, global point signature.
+pub mod descriptors;
+
+/// Consensus segmentation and the pairing of regions.
+pub mod regions;
+
+/// The energy of a functional map and its minimiser: problem, weights, regulariser, solve.
+pub mod functional_map;
+
+/// From a functional map to points, and the refinement of both.
+pub mod correspondence;
+
+/// How far an answer is from the truth: geodesic error curves.
+pub mod evaluation;
+
+/// The example creatures: implicit bodies, their views and the true correspondence.
+pub mod example;
+
+// Floor 2: pure.
+
+/// The method in order: request, stages, outcome.
+pub mod pipeline;
+
+// Floor 3.
+
+/// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
+#[cfg(feature = "service")]
+pub mod store;
+
+/// Claims a job, runs it on the bounded pool, reports.
+#[cfg(feature = "service")]
+pub mod worker;
+
+// Floor 4.
+
+/// Routes, their bodies, problem details, OpenAPI.
+#[cfg(feature = "service")]
+pub mod http;

@@ -1,0 +1,10 @@
+//! Solvers that know operators, not meshes.
+//!
+//! Dense matrices are `faer::Mat<f64>`, sparse operators `sprs::CsMat<f64>`; every call into faer that takes a
+//! parallelism runs with `Par::Seq`, so that results are the same bytes whatever the thread count.
+
+mod report;
+mod watch;
+
+pub use report::{Report, Stopped};
+pub use watch::{Cancelled, Unwatched, Watch};

@@ -1,0 +1,200 @@
+//! What a match is asked to do: [`MatchRequest`] as it is sent, [`Settings`] with every value filled in.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::functional_map::{regulariser::Regulariser, weights::Weights};
+use crate::spectral::Boundary;
+
+/// A match request as the user sends it: only `mesh` and `sketch` are required; what is left out comes from the preset.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MatchRequest {
+    /// Id of an uploaded mesh.
+    pub mesh: String,
+    /// Id of an uploaded sketch.
+    pub sketch: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<Part>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alignment: Option<Alignment>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub basis: Option<BasisRequest>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub descriptors: Option<DescriptorsRequest>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub regions: Option<Regions>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub landmarks: Option<Vec<Landmark>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Weights>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub regulariser: Option<Regulariser>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conversion: Option<Conversion>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<Refinement>,
+}
+
+/// Where the values come from that a request does not name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// The settings that measured best.
+    #[default]
+    Automatic,
+    /// The settings of the thesis, §4.1.
+    Thesis,
+}
+
+/// Which part of the mesh the sketch shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    Auto,
+    Whole,
+}
+
+/// How the sketch is brought onto the mesh before the functional map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Alignment {
+    /// Not at all: the method is intrinsic.
+    None {},
+}
+
+/// The Laplace–Beltrami bases.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BasisRequest {
+    /// Eigenfunctions of the sketch: columns of C.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k: Option<usize>,
+    /// Eigenfunctions of the mesh: rows of C; `k` where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_mesh: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub boundary: Option<Boundary>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DescriptorsRequest {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hks: Option<HeatRequest>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wks: Option<WaveRequest>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectral_scale: Option<SpectralScale>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub columns: Option<Columns>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeatRequest {
+    /// Number of times; 0 leaves the heat kernel out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// First and last time in units of 1/λ of the sketch's spectrum; by default 4 ln 10 / λ_max to 4 ln 10 / λ_2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
+    pub times: Option<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaveRequest {
+    /// Number of energies; 0 leaves the wave kernel out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// Width of an energy's band in spacings of the energies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variance: Option<f64>,
+}
+
+/// The factor on the mesh's eigenvalues before descriptors are made of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpectralScale {
+    /// exp(mean of log λ_sketch − log λ_mesh) over the common eigenvalues without the first.
+    Fitted,
+    /// area(mesh) / area(sketch): both shapes scaled to one area.
+    Area,
+    /// The square of it, as the thesis prints.
+    AreaSquared,
+    None,
+}
+
+/// How the columns of the constraint matrices A and B are scaled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Columns {
+    /// Every column of A and of B to Euclidean norm 1.
+    Unit,
+    /// As they come, both shapes scaled to area 1.
+    Raw,
+}
+
+/// The regions whose correspondence is given or found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Regions {
+    /// Both shapes segmented into `count` regions, paired by assignment on their signatures.
+    Auto {
+        #[serde(default = "seven")]
+        count: usize,
+    },
+    /// Labels per vertex, equal labels corresponding; −1 is in no region.
+    Given { sketch: Vec<i32>, mesh: Vec<i32> },
+    /// Both shapes segmented, the pairs (sketch region, mesh region) by the user.
+    Segmented {
+        sketch_regions: usize,
+        mesh_regions: usize,
+        #[schema(value_type = Vec<Vec<usize>>)]
+        pairs: Vec<[usize; 2]>,
+    },
+}
+
+fn seven() -> usize {
+    7
+}
+
+/// A point of the sketch, in the coordinates it was uploaded in, and the mesh vertex it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Landmark {
+    #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
+    pub sketch: [f64; 2],
+    pub mesh: u32,
+}
+
+/// How points are read from C.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Conversion {
+    /// The vertex where the image of the point's indicator is largest.
+    Indicator {},
+    /// The vertex whose row of Ψ is nearest to the point's column of C Φᵀ.
+    Nearest {},
+}
+
+/// How C and the points are improved afterwards.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Refinement {
+    None {},
+    /// Alternating nearest points and orthonormal C; needs a square C.
+    Icp {
+        #[serde(default = "ten")]
+        iterations: usize,
+    },
+    /// Spectral upsampling to `k` eigenfunctions of the sketch.
+    Zoomout { k: usize },
+}
+
+fn ten() -> usize {
+    10
+}
