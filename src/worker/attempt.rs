@@ -13,8 +13,7 @@ use tokio_util::sync::CancellationToken;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::spectra::CachedSpectra;
-use super::{decomposition, matching};
-use crate::store::{Beat, Job, JobKind, Lease, Store, StoreError};
+use crate::store::{Beat, Job, Lease, Store, StoreError};
 
 /// How often progress is reported, and cancelling noticed; a fraction of the lease.
 const BEAT: Duration = Duration::from_millis(500);
@@ -27,17 +26,22 @@ pub(super) struct Bench {
     /// Cancelled when running jobs are to be given back.
     pub stop: CancellationToken,
     pool: ThreadPool,
+    body: Box<Body>,
 }
+
+/// What a job does, on a thread of the pool.
+type Body = dyn Fn(&Bench, &Job, &Progress) -> Outcome + Send + Sync;
+
+/// The result's bytes.
+pub(super) type Outcome = Result<Bytes, Failure>;
 
 impl Bench {
     /// A bench whose computations wait for the store by the calling runtime.
-    pub fn new(store: Store, pool: ThreadPool) -> Bench {
+    pub fn new(store: Store, pool: ThreadPool, body: Box<Body>) -> Bench {
         let spectra = CachedSpectra::new(store.clone());
-        Bench { store, spectra, runtime: Handle::current(), stop: CancellationToken::new(), pool }
+        Bench { store, spectra, runtime: Handle::current(), stop: CancellationToken::new(), pool, body }
     }
 }
-
-type Outcome = Result<Bytes, Failure>;
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
@@ -84,19 +88,12 @@ fn start(bench: &Arc<Bench>, job: Job, progress: Arc<Progress>) -> oneshot::Rece
     let (sender, receiver) = oneshot::channel();
     let bench_there = bench.clone();
     bench.pool.spawn(move || {
-        let run = AssertUnwindSafe(|| run(&bench_there, &job, &progress));
+        let run = AssertUnwindSafe(|| (bench_there.body)(&bench_there, &job, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
         // Nobody listens any more when the bench has stopped.
         let _ = sender.send(outcome);
     });
     receiver
-}
-
-fn run(bench: &Bench, job: &Job, progress: &Progress) -> Outcome {
-    match job.kind {
-        JobKind::Match => matching::run(bench, job, progress),
-        JobKind::Spectrum => decomposition::run(bench, job, progress),
-    }
 }
 
 async fn report(store: &Store, lease: &Lease, outcome: Outcome) -> Result<(), StoreError> {

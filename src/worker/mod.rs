@@ -23,8 +23,9 @@ use tokio::time::{sleep, timeout};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use crate::store::{LEASE, Store};
-use attempt::Bench;
+use crate::store::{Job, JobKind, LEASE, Store};
+use attempt::{Bench, Outcome};
+use progress::Progress;
 
 /// How often the queue is looked at when nobody tells of a change: other processes cannot.
 const POLL: Duration = Duration::from_secs(1);
@@ -50,16 +51,26 @@ impl Default for Config {
 /// # Errors
 /// The system refused the threads.
 pub async fn run(store: Store, config: Config, shutdown: CancellationToken) -> Result<(), ThreadPoolBuildError> {
-    let workers = config.workers.max(1);
-    let bench = Arc::new(Bench::new(store, pool::of(workers)?));
+    let pool = pool::of(config.workers.max(1))?;
+    work(&Arc::new(Bench::new(store, pool, Box::new(compute))), &config, &shutdown).await;
+    Ok(())
+}
+
+fn compute(bench: &Bench, job: &Job, progress: &Progress) -> Outcome {
+    match job.kind {
+        JobKind::Match => matching::run(bench, job, progress),
+        JobKind::Spectrum => decomposition::run(bench, job, progress),
+    }
+}
+
+async fn work(bench: &Arc<Bench>, config: &Config, shutdown: &CancellationToken) {
     let attempts = TaskTracker::new();
-    tokio::join!(claim_until(&shutdown, &bench, &attempts, workers), reap_until(&shutdown, &bench.store));
+    tokio::join!(claim_until(shutdown, bench, &attempts, config.workers.max(1)), reap_until(shutdown, &bench.store));
     attempts.close();
     if timeout(config.grace, attempts.wait()).await.is_err() {
         bench.stop.cancel();
         attempts.wait().await;
     }
-    Ok(())
 }
 
 /// Claims jobs as threads become free. A claim that has begun is carried through: a job must not be leased to nobody.
