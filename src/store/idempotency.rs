@@ -68,3 +68,33 @@ impl Store {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::testing::fresh;
+
+    #[tokio::test]
+    async fn the_first_answer_is_remembered_for_its_key_route_and_request() {
+        let (_directory, store) = fresh().await;
+        assert_eq!(store.remembered("k", "/r", "f").await.unwrap(), Remembered::New);
+        store.remember("k", "/r", "f", 202, Some("/there"), b"\xff body").await.unwrap();
+        store.remember("k", "/r", "f", 500, None, b"late").await.unwrap();
+        let same = Remembered::Same { status: 202, location: Some("/there".to_owned()), body: b"\xff body".to_vec() };
+        assert_eq!(store.remembered("k", "/r", "f").await.unwrap(), same);
+        assert_eq!(store.remembered("k", "/r", "other").await.unwrap(), Remembered::Different);
+        assert_eq!(store.remembered("k", "/other", "f").await.unwrap(), Remembered::New);
+        assert_eq!(store.remembered("other", "/r", "f").await.unwrap(), Remembered::New);
+    }
+
+    #[tokio::test]
+    async fn an_answer_is_forgotten_after_its_day() {
+        let (_directory, store) = fresh().await;
+        store.remember("k", "/r", "f", 200, None, b"").await.unwrap();
+        sqlx::query("UPDATE answers SET expires_ms = 0").execute(&store.pool).await.unwrap();
+        assert_eq!(store.remembered("k", "/r", "other").await.unwrap(), Remembered::New);
+        store.remember("k", "/r", "other", 201, None, b"").await.unwrap();
+        let again = store.remembered("k", "/r", "other").await.unwrap();
+        assert_eq!(again, Remembered::Same { status: 201, location: None, body: Vec::new() });
+    }
+}

@@ -1,4 +1,7 @@
+use std::fmt::Display;
+
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
 
@@ -77,7 +80,7 @@ pub struct Job {
     /// A version 7 UUID.
     pub id: String,
     pub kind: JobKind,
-    pub payload: serde_json::Value,
+    pub payload: Value,
     pub state: State,
     /// How often it was claimed, and the token that fences off those who claimed it earlier.
     pub attempt: i64,
@@ -87,7 +90,7 @@ pub struct Job {
     /// Grows by one with every change of state or progress.
     pub revision: i64,
     /// Why it failed, as a problem of RFC 9457.
-    pub error: Option<serde_json::Value>,
+    pub error: Option<Value>,
     pub created_ms: i64,
     pub started_ms: Option<i64>,
     pub finished_ms: Option<i64>,
@@ -122,6 +125,11 @@ impl<'r> FromRow<'r, AnyRow> for Job {
 
 fn unknown(column: &str) -> sqlx::Error {
     sqlx::Error::Decode(format!("unknown {column} of a job").into())
+}
+
+/// What a failed job keeps as its error: a problem of RFC 9457 whose type is its status.
+pub fn problem(status: u16, title: &str, detail: impl Display) -> Value {
+    json!({ "type": "about:blank", "title": title, "status": status, "detail": detail.to_string() })
 }
 
 /// The right to work on a job, until the lease runs out or the job is cancelled.

@@ -24,11 +24,11 @@ use tokio::sync::watch;
 use blobs::Blobs;
 pub use error::StoreError;
 pub use idempotency::Remembered;
-pub use job::{Beat, Job, JobKind, Lease, State};
+pub use job::{Beat, Job, JobKind, Lease, State, problem};
 pub use page::Page;
 pub use queue::{LEASE, MAX_TRIES};
 pub use shapes::{Kind, Shape};
-pub use spectra::SpectrumKey;
+pub use spectra::{SpectrumKey, SpectrumTask};
 
 /// Where everything is kept.
 #[derive(Clone, Debug)]
@@ -109,4 +109,55 @@ fn lock(data_dir: &Path) -> Result<File, StoreError> {
 
 fn directory(path: &Path, source: std::io::Error) -> StoreError {
     StoreError::Directory { path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    use tempfile::TempDir;
+
+    use super::{Config, Store};
+
+    /// A directory of its own, gone when it is dropped, and the store in it.
+    pub(crate) async fn fresh() -> (TempDir, Store) {
+        let directory = tempfile::tempdir().unwrap();
+        let store = open(&directory).await;
+        (directory, store)
+    }
+
+    pub(crate) async fn open(directory: &TempDir) -> Store {
+        Store::open(&Config { data_dir: directory.path().join("data") }).await.unwrap()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::fresh;
+    use super::*;
+
+    #[tokio::test]
+    async fn a_second_process_is_refused_until_the_first_lets_go() {
+        let (directory, store) = fresh().await;
+        let config = Config { data_dir: directory.path().join("data") };
+        let refusal = Store::open(&config).await.err().unwrap();
+        assert!(matches!(refusal, StoreError::Locked { .. }), "{refusal}");
+        assert!(refusal.to_string().contains("data is in use by another process"), "{refusal}");
+        drop(store);
+        Store::open(&config).await.unwrap().healthy().await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn a_data_directory_that_cannot_be_made_is_named() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let refusal = Store::open(&Config { data_dir: file.path().join("data") }).await.err().unwrap();
+        assert!(refusal.to_string().contains(&file.path().display().to_string()), "{refusal}");
+    }
+
+    #[tokio::test]
+    async fn the_directory_may_have_odd_characters() {
+        let directory = tempfile::tempdir().unwrap();
+        let config = Config { data_dir: directory.path().join("a b?c#d&e=ü") };
+        let store = Store::open(&config).await.unwrap();
+        store.healthy().await.unwrap();
+        assert!(config.data_dir.join("sketchmatch.db").is_file());
+    }
 }

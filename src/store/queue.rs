@@ -2,10 +2,10 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use bytes::Bytes;
-use serde_json::{Value, json};
+use serde_json::Value;
 use uuid::Uuid;
 
-use super::{Beat, Job, JobKind, Lease, Page, State, Store, StoreError};
+use super::{Beat, Job, JobKind, Lease, Page, State, Store, StoreError, problem};
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
@@ -88,6 +88,8 @@ impl Store {
     /// # Errors
     /// What the database said; the lease stands as it stood.
     pub async fn beat(&self, lease: &Lease, stage: &str, fraction: f64) -> Result<Beat, StoreError> {
+        // A NaN becomes 0: the column takes numbers only.
+        let fraction = fraction.max(0.0).min(1.0);
         let sql = "UPDATE jobs SET revision = revision + CASE WHEN stage = $3 AND fraction = $4 THEN 0 ELSE 1 END, \
                    stage = $3, fraction = $4, lease_ms = (SELECT now_ms FROM clock) + $5 \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";
@@ -248,10 +250,9 @@ impl Store {
 }
 
 fn abandoned() -> Value {
-    json!({
-        "type": "about:blank",
-        "title": "Internal Server Error",
-        "status": 500,
-        "detail": format!("the job was tried {MAX_TRIES} times, and each time the process that ran it ended before it did"),
-    })
+    let detail = format!("the job was tried {MAX_TRIES} times, and each time its process ended before it did");
+    problem(500, "Internal Server Error", detail)
 }
+
+#[cfg(test)]
+mod tests;

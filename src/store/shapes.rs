@@ -1,3 +1,5 @@
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
@@ -6,10 +8,10 @@ use super::tensors::{self, Array};
 use super::{Page, Store, StoreError, blocking, page};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
-use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
 /// What was uploaded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Kind {
     Mesh,
     Sketch,
@@ -216,4 +218,82 @@ fn arrays(bytes: &[u8]) -> Result<Arrays, SafeTensorError> {
     let position = |i| [0, 1, 2].map(|j| f64::from_le_bytes(positions.at(i, j)));
     let triangle = |i| [0, 1, 2].map(|j| u32::from_le_bytes(triangles.at(i, j)));
     Ok(((0..positions.rows).map(position).collect(), (0..triangles.rows).map(triangle).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::store::testing::{fresh, open};
+
+    /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
+    fn square(x: f64) -> TriangleMesh {
+        let positions = [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0], [9.0, 9.0, 0.1]];
+        TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap()
+    }
+
+    fn drawing(y_axis: YAxis) -> Sketch {
+        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]];
+        Sketch::new(TriangleMesh::new(positions, vec![[0, 1, 2]]).unwrap(), y_axis).unwrap()
+    }
+
+    #[tokio::test]
+    async fn a_mesh_is_kept_whole_and_once() {
+        let (directory, store) = fresh().await;
+        let (shape, new) = store.insert_mesh(&square(0.1), Some("one"), json!({"a": 1})).await.unwrap();
+        assert!(new && shape.id.starts_with("mesh_") && shape.id.len() == 37, "{shape:?}");
+        let (again, new) = store.insert_mesh(&square(0.1), Some("two"), json!({"a": 2})).await.unwrap();
+        assert!(!new);
+        assert_eq!(again, shape);
+        drop(store);
+        let store = open(&directory).await;
+        assert_eq!(store.shape(Kind::Mesh, &shape.id).await.unwrap().as_ref(), Some(&shape));
+        assert_eq!(store.mesh(&shape.id).await.unwrap(), Some(square(0.1)));
+        assert_eq!(store.sketch(&shape.id).await.unwrap(), None);
+        assert_eq!(store.shape(Kind::Sketch, &shape.id).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn a_sketch_keeps_its_axis() {
+        let (_directory, store) = fresh().await;
+        for y_axis in [YAxis::Up, YAxis::Down] {
+            let (shape, new) = store.insert_sketch(&drawing(y_axis), None, json!({})).await.unwrap();
+            assert!(new && shape.id.starts_with("sketch_"), "{shape:?}");
+            assert_eq!(store.sketch(&shape.id).await.unwrap(), Some(drawing(y_axis)));
+            assert_eq!(store.mesh(&shape.id).await.unwrap(), None);
+        }
+    }
+
+    #[tokio::test]
+    async fn pages_go_from_the_newest_to_the_oldest() {
+        let (_directory, store) = fresh().await;
+        for x in 0..5 {
+            store.insert_mesh(&square(f64::from(x)), None, json!({})).await.unwrap();
+        }
+        store.insert_sketch(&drawing(YAxis::Up), None, json!({})).await.unwrap();
+        let whole = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
+        assert_eq!(whole.len(), 5);
+        assert!(whole.is_sorted_by_key(|shape| std::cmp::Reverse((shape.created_ms, shape.id.clone()))));
+        let mut paged = Vec::new();
+        let mut after = None;
+        loop {
+            let page = store.shapes(Kind::Mesh, &Page { after, limit: 2 }).await.unwrap();
+            after = page.last().map(Shape::cursor);
+            paged.extend(page);
+            if after.is_none() {
+                break;
+            }
+        }
+        assert_eq!(paged, whole);
+    }
+
+    #[tokio::test]
+    async fn a_cursor_of_somebody_else_is_refused() {
+        let (_directory, store) = fresh().await;
+        for after in ["", "nonsense", "x.mesh_0"] {
+            let page = Page { after: Some(after.to_owned()), limit: 1 };
+            assert!(matches!(store.shapes(Kind::Mesh, &page).await, Err(StoreError::Cursor)), "{after}");
+        }
+    }
 }
