@@ -10,7 +10,7 @@ use futures::stream::{self, Stream};
 use tokio::sync::watch;
 
 use super::App;
-use super::job_document::{MatchDocument, is_final};
+use super::job_document::MatchDocument;
 use super::matches::found;
 use super::problem::{Fault, Problem};
 use super::query::Id;
@@ -31,7 +31,7 @@ use crate::store::Job;
 pub async fn stream(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let seen = last_event_id(&headers)?;
     let job = found(&app, &id).await?;
-    if is_final(job.state) && job.revision <= seen {
+    if job.state.finished() && job.revision <= seen {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
     let changes = app.store.changes();
@@ -59,7 +59,7 @@ fn events(course: Course) -> impl Stream<Item = Result<Event, Infallible>> {
     stream::unfold(course, |mut course| async move {
         let job = course.next().await?;
         course.seen = job.revision;
-        course.ended = is_final(job.state);
+        course.ended = job.state.finished();
         let event = Event::default().event("status").id(job.revision.to_string());
         let event = event.json_data(MatchDocument::from(job)).ok()?;
         Some((Ok(event), course))
@@ -74,7 +74,7 @@ impl Course {
             if job.revision > self.seen {
                 return Some(job);
             }
-            if is_final(job.state) || !self.app.change(&mut self.changes).await {
+            if job.state.finished() || !self.app.change(&mut self.changes).await {
                 return None;
             }
         }

@@ -84,11 +84,6 @@ impl From<State> for Status {
     }
 }
 
-/// Whether a job of this state changes no more.
-pub fn is_final(state: State) -> bool {
-    !matches!(state, State::Queued | State::Running)
-}
-
 /// Milliseconds since 1970 as RFC 3339 in UTC.
 pub fn timestamp(milliseconds: i64) -> String {
     let since = Duration::from_millis(u64::try_from(milliseconds).unwrap_or(0));

@@ -10,7 +10,7 @@ use tokio::time::{Instant, timeout_at};
 
 use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
-use super::job_document::{MatchDocument, is_final};
+use super::job_document::MatchDocument;
 use super::page::{Listing, PageQuery};
 use super::preference::Wait;
 use super::problem::{Fault, Problem};
@@ -123,7 +123,7 @@ async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>
     loop {
         let job = app.store.job(id).await?;
         match job {
-            Some(job) if is_final(job.state) => return Ok(Some(job)),
+            Some(job) if job.state.finished() => return Ok(Some(job)),
             Some(_) => {}
             None => return Ok(None),
         }
@@ -156,15 +156,15 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocume
 #[utoipa::path(
     delete, path = "/v1/matches/{id}", tag = "matches", params(("id" = String, Path)),
     responses(
-        (status = 202, description = "told to stop", body = MatchDocument),
+        (status = 200, description = "cancelled", body = MatchDocument),
         (status = 204, description = "deleted"),
     ),
 )]
 pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem> {
     let job = found(&app, &id).await?;
-    if !is_final(job.state) {
+    if !job.state.finished() {
         let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
-        return Ok((StatusCode::ACCEPTED, Json(MatchDocument::from(job))).into_response());
+        return Ok(Json(MatchDocument::from(job)).into_response());
     }
     app.store.delete(&id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())

@@ -8,21 +8,21 @@ mod events;
 mod health;
 mod idempotency;
 mod job_document;
-mod json;
+pub mod json;
 mod matches;
-mod meshes;
+pub mod meshes;
 mod npy;
 mod observation;
 pub mod openapi;
 mod page;
 mod preference;
-mod problem;
+pub mod problem;
 mod query;
 mod regularisers;
 mod representation;
 mod results;
 mod shapes;
-mod sketches;
+pub mod sketches;
 mod spectra;
 
 use std::sync::Arc;
@@ -41,8 +41,6 @@ use tower_http::compression::CompressionLayer;
 use tower_http::cors::{Any, CorsLayer};
 use utoipa_swagger_ui::SwaggerUi;
 
-use crate::mesh;
-use crate::sketch;
 use crate::store::Store;
 use problem::Problem;
 
@@ -146,14 +144,6 @@ impl App {
             () = tokio::time::sleep(POLL) => true,
             _ = changes.changed() => true,
         }
-    }
-
-    fn mesh_limits(&self) -> mesh::validation::Limits {
-        mesh::validation::Limits { triangles: self.config.max_triangles, bytes: self.config.max_upload_bytes }
-    }
-
-    fn sketch_limits(&self) -> sketch::Limits {
-        sketch::Limits::default()
     }
 }
 

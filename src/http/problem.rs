@@ -6,7 +6,8 @@ use std::borrow::Cow;
 use axum::body::to_bytes;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 
 use crate::pipeline;
@@ -41,7 +42,8 @@ pub struct Problem {
 }
 
 /// One fault and its place: a JSON pointer into the request's body, or the name of a place outside it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ProblemFault)]
 pub struct Fault {
     /// JSON pointer (RFC 6901) into the body.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -125,6 +127,24 @@ impl Problem {
     /// The same problem, to be asked again in `seconds`.
     pub fn retry_after(self, seconds: u32) -> Problem {
         Problem { retry_after: Some(seconds), ..self }
+    }
+
+    /// The problem a job that failed left behind.
+    pub fn of_job(error: Option<&Value>) -> Problem {
+        let text = |field: &str| error.and_then(|error| error.get(field)?.as_str()).map(str::to_owned);
+        let status = error.and_then(|error| error.get("status")?.as_u64());
+        let status = status.and_then(|status| StatusCode::from_u16(u16::try_from(status).ok()?).ok());
+        let problem = Problem::new(
+            status.unwrap_or(StatusCode::INTERNAL_SERVER_ERROR),
+            text("detail").unwrap_or_else(|| "the computation failed".to_owned()),
+        );
+        let errors = error.and_then(|error| serde_json::from_value(error.get("errors")?.clone()).ok());
+        Problem {
+            kind: text("type").map_or(problem.kind, Cow::Owned),
+            title: text("title").map_or(problem.title, Cow::Owned),
+            errors: errors.unwrap_or_default(),
+            ..problem
+        }
     }
 
     /// The answer for a handler that panicked.

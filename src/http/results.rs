@@ -7,7 +7,6 @@ use bytes::Bytes;
 use serde::Deserialize;
 
 use super::App;
-use super::job_document::is_final;
 use super::matches::found;
 use super::npy;
 use super::problem::Problem;
@@ -52,7 +51,7 @@ fn unavailable(job: &Job) -> Problem {
     match (job.state, reason) {
         (JobState::Cancelled, _) => Problem::new(StatusCode::CONFLICT, "the match was cancelled"),
         (_, Some(reason)) => Problem::new(StatusCode::CONFLICT, format!("the match failed: {reason}")),
-        (state, None) if is_final(state) => Problem::new(StatusCode::CONFLICT, "the match failed"),
+        (state, None) if state.finished() => Problem::new(StatusCode::CONFLICT, "the match failed"),
         _ => Problem::new(StatusCode::CONFLICT, "the match is not finished").retry_after(1),
     }
 }

@@ -2,7 +2,7 @@
 
 use axum::http::StatusCode;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::App;
@@ -28,11 +28,15 @@ pub struct ShapeDocument<T> {
     pub measures: T,
 }
 
-/// The triangles of a shape as JSON; D is 3 for a mesh and 2 for a sketch.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct Geometry<const D: usize> {
-    pub vertices: Vec<[f64; D]>,
-    pub triangles: Vec<[u32; 3]>,
+/// The triangles of a shape: coordinates of its vertices, three of a mesh and two of a sketch, and triangles of their
+/// numbers.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = Geometry)]
+pub struct Geometry<'a, P: Serialize> {
+    #[schema(value_type = Vec<Vec<f64>>)]
+    pub vertices: &'a [P],
+    #[schema(value_type = Vec<Vec<u32>>)]
+    pub triangles: &'a [[u32; 3]],
 }
 
 impl Kind {
