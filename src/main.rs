@@ -18,7 +18,7 @@ use config::{Cli, Command, ExampleOptions, MatchOptions, ServeOptions};
 use sketchmatch::http::problem::Problem;
 use sketchmatch::http::{self, App};
 use sketchmatch::mesh::TriangleMesh;
-use sketchmatch::mesh::validation::Limits;
+use sketchmatch::mesh::formats::Limits;
 use sketchmatch::numerics::{Cancelled, Watch};
 use sketchmatch::pipeline::request::{MatchRequest, Settings};
 use sketchmatch::pipeline::{self, Spectra, Stage, Watcher};

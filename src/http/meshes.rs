@@ -14,11 +14,12 @@ use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::immutable;
-use super::shapes::{self, Geometry, ShapeDocument};
+use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::{Summary, summary};
+use crate::mesh::formats::{Format, Limits};
 use crate::mesh::refusal::{Refusal, Warning};
-use crate::mesh::validation::{Format, Imported, Limits, import};
+use crate::mesh::validation::{Imported, import};
 use crate::store::Kind;
 
 /// A mesh as it was understood.
@@ -38,20 +39,10 @@ pub struct MeshMeasures {
 pub struct UploadQuery {
     /// The file format; by default what the content type, the file's name or its bytes tell.
     #[param(inline)]
-    format: Option<MeshFormat>,
+    format: Option<Format>,
     /// A name to list the mesh under.
     #[param(max_length = 200)]
     name: Option<String>,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
-enum MeshFormat {
-    Obj,
-    Off,
-    Ply,
-    Stl,
-    Glb,
 }
 
 /// Takes a mesh.
@@ -79,10 +70,9 @@ pub async fn upload(
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
-        let format = query.format.map(Format::from);
         let taken = app.off_runtime(move || {
             let Upload { bytes, media_type, file_name, .. } = &upload;
-            imported(bytes, format, media_type.as_deref(), file_name.as_deref(), &limits).map(measured)
+            imported(bytes, query.format, media_type.as_deref(), file_name.as_deref(), &limits).map(measured)
         });
         let (mesh, measures) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
@@ -97,18 +87,6 @@ fn measured(Imported { mesh, warnings }: Imported) -> (TriangleMesh, MeshMeasure
     (mesh, MeshMeasures { summary, warnings })
 }
 
-impl From<MeshFormat> for Format {
-    fn from(format: MeshFormat) -> Format {
-        match format {
-            MeshFormat::Obj => Format::Obj,
-            MeshFormat::Off => Format::Off,
-            MeshFormat::Ply => Format::Ply,
-            MeshFormat::Stl => Format::Stl,
-            MeshFormat::Glb => Format::Glb,
-        }
-    }
-}
-
 /// The mesh in a file of the format named, else of that which the media type, the file's name or the bytes tell.
 ///
 /// # Errors
@@ -120,7 +98,7 @@ pub fn imported(
     file_name: Option<&str>,
     limits: &Limits,
 ) -> Result<Imported, Problem> {
-    let by_name = || Format::from_name(&file_name?.rsplit_once('.')?.1.to_ascii_lowercase());
+    let by_name = || Format::from_name(file_name?.rsplit_once('.')?.1);
     let format = format.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
     let format = format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
         unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb")
@@ -165,7 +143,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MeshDocumen
 #[utoipa::path(
     get, path = "/v1/meshes/{id}/mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
-        (status = 200, description = "the triangles", body = Geometry<'_, [f64; 3]>),
+        (status = 200, description = "the triangles", body = Geometry),
         (status = 304, description = "unchanged"),
     ),
 )]
@@ -173,7 +151,7 @@ pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) ->
     shapes::found(&app, Kind::Mesh, &id).await?;
     let mesh = app.store.mesh(&id).await?.ok_or_else(|| Problem::not_found(format_args!("mesh {id}")))?;
     let written = app.off_runtime(move || {
-        serde_json::to_vec(&Geometry { vertices: mesh.positions(), triangles: mesh.triangles() })
+        serde_json::to_vec(&Geometry { vertices: Coordinates::Space(mesh.positions()), triangles: mesh.triangles() })
     });
     Ok(immutable(&headers, "application/json", written.await?.map_err(Problem::internal)?.into()))
 }

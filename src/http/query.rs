@@ -25,11 +25,14 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Query<T> {
 /// The fault behind a refused query string: the parameter's name is on the path serde was on.
 fn fault(rejection: &(dyn Error + 'static)) -> Fault {
     type Tracked = serde_path_to_error::Error<serde::de::value::Error>;
-    let mut causes = std::iter::successors(Some(rejection), |error| error.source());
-    match causes.find_map(|error| error.downcast_ref::<Tracked>()) {
-        Some(error) => Fault::in_query(&error.path().to_string(), error.inner().to_string()),
-        None => Fault::at_place("query string", rejection.to_string()),
+    let mut cause = Some(rejection);
+    while let Some(error) = cause {
+        if let Some(error) = error.downcast_ref::<Tracked>() {
+            return Fault::in_query(&error.path().to_string(), error.inner().to_string());
+        }
+        cause = error.source();
     }
+    Fault::at_place("query string", rejection.to_string())
 }
 
 /// The one parameter of the path. What cannot be an identifier names nothing, which is a 404.

@@ -31,12 +31,18 @@ pub struct ShapeDocument<T> {
 /// The triangles of a shape: coordinates of its vertices, three of a mesh and two of a sketch, and triangles of their
 /// numbers.
 #[derive(Debug, Serialize, ToSchema)]
-#[schema(as = Geometry)]
-pub struct Geometry<'a, P: Serialize> {
+pub struct Geometry<'a> {
     #[schema(value_type = Vec<Vec<f64>>)]
-    pub vertices: &'a [P],
+    pub vertices: Coordinates<'a>,
     #[schema(value_type = Vec<Vec<u32>>)]
     pub triangles: &'a [[u32; 3]],
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub enum Coordinates<'a> {
+    Space(&'a [[f64; 3]]),
+    Plane(&'a [[f64; 2]]),
 }
 
 impl Kind {

@@ -14,7 +14,7 @@ use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::immutable;
-use super::shapes::{self, Geometry, ShapeDocument};
+use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
 use super::json;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
@@ -179,7 +179,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<SketchDocum
 #[utoipa::path(
     get, path = "/v1/sketches/{id}/mesh", tag = "sketches", params(("id" = String, Path)),
     responses(
-        (status = 200, description = "the triangles", body = Geometry<'_, [f64; 2]>),
+        (status = 200, description = "the triangles", body = Geometry),
         (status = 304, description = "unchanged"),
     ),
 )]
@@ -187,6 +187,7 @@ pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) ->
     shapes::found(&app, Kind::Sketch, &id).await?;
     let sketch = app.store.sketch(&id).await?.ok_or_else(|| Problem::not_found(format_args!("sketch {id}")))?;
     let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
-    let written = serde_json::to_vec(&Geometry { vertices: &vertices, triangles: sketch.mesh().triangles() });
+    let vertices = Coordinates::Plane(&vertices);
+    let written = serde_json::to_vec(&Geometry { vertices, triangles: sketch.mesh().triangles() });
     Ok(immutable(&headers, "application/json", written.map_err(Problem::internal)?.into()))
 }

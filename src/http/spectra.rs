@@ -9,7 +9,6 @@ use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use safetensors::tensor::{Dtype, SafeTensorError, TensorView};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
@@ -18,10 +17,9 @@ use super::npy;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{immutable, negotiated};
-use super::shapes;
 use crate::mesh::connectivity::{Component, largest_component};
 use crate::spectral::{Boundary, Spectrum};
-use crate::store::{Job, JobKind, Kind, Page, SpectrumKey, State as JobState};
+use crate::store::{Job, JobKind, Kind, Page, SpectrumKey, SpectrumTask, State as JobState};
 
 const JSON: &str = "application/json";
 const NPY: &str = "application/x-npy";
@@ -169,7 +167,8 @@ impl Asked {
     /// The problem of a decomposition that failed lately; 503 where the queue is full.
     async fn pending(&self, app: &App) -> Result<Response, Problem> {
         let Asked { kind, id, k, boundary } = self;
-        let payload = json!({"shape": id, "kind": kind, "k": k, "boundary": boundary});
+        let task = SpectrumTask { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
+        let payload = serde_json::to_value(&task).map_err(Problem::internal)?;
         let page = Page { after: None, limit: FAILURES_SEEN };
         let latest = app.store.jobs(JobKind::Spectrum, &page).await?.into_iter().find(|job| job.payload == payload);
         if let Some(failure) = latest.filter(|job| job.state == JobState::Failed && is_recent(job)) {
