@@ -15,6 +15,16 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
+    /// The mesh of these vertices and triangles; checked for coordinates and area until validation is merged.
+    pub fn new(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<TriangleMesh, &'static str> {
+        let corner = |v: u32| positions.get(v as usize).copied().unwrap_or([f64::NAN; 3]);
+        if triangles.iter().all(|t| triangle_area(t.map(corner)) > 0.0) {
+            Ok(Self { positions, triangles })
+        } else {
+            Err("a triangle has no area")
+        }
+    }
+
     pub fn positions(&self) -> &[[f64; 3]] {
         &self.positions
     }
