@@ -1,5 +1,7 @@
 //! A valid triangle mesh.
 
+pub mod geodesics;
+
 /// A triangle mesh that can only be built valid.
 ///
 /// Guaranteed: coordinates finite; indices in range; every triangle has three distinct vertices and positive area; no
