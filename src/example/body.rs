@@ -8,46 +8,56 @@ use crate::mesh::{dot, length, subtract};
 /// Number of blends by which a limb has to be farther than the nearest one to change nothing but the last digits.
 const REACH: f64 = 40.0;
 
-/// A ball swept along a segment while its radius changes, then stretched along the axes.
+/// A ball swept along a chain of segments while its radius changes, then stretched along the axes.
 #[derive(Clone, Debug)]
 pub(super) struct Limb {
-    from: [f64; 3],
-    to: [f64; 3],
-    radii: [f64; 2],
+    joints: Vec<Joint>,
     stretch: [f64; 3],
 }
 
+/// A centre and the radius there.
+pub(super) type Joint = ([f64; 3], f64);
+
 impl Limb {
-    /// A round limb with its radius at either end.
-    pub(super) fn new(from: [f64; 3], to: [f64; 3], radii: [f64; 2]) -> Self {
-        Self { from, to, radii, stretch: [1.0; 3] }
+    /// A round limb through its joints.
+    pub(super) fn new(joints: &[Joint]) -> Self {
+        Self { joints: joints.to_vec(), stretch: [1.0; 3] }
     }
 
     /// An ellipsoid with its three half axes.
     pub(super) fn ellipsoid(centre: [f64; 3], axes: [f64; 3]) -> Self {
-        Self::new(centre, centre, [1.0; 2]).stretched(axes)
+        Self::new(&[(centre, 1.0), (centre, 1.0)]).stretched(axes)
     }
 
-    /// The same segment with its cross-section multiplied along every axis.
+    /// The same joints with the cross-section multiplied along every axis.
     pub(super) fn stretched(self, stretch: [f64; 3]) -> Self {
         Self { stretch, ..self }
     }
 
     fn mirrored(&self) -> Self {
-        Self { from: reflected(self.from), to: reflected(self.to), ..self.clone() }
+        Self { joints: self.joints.iter().map(|&(centre, radius)| (reflected(centre), radius)).collect(), ..*self }
     }
 
     /// The signed distance to the limb, negative inside; a lower bound of its magnitude where the limb is stretched.
     fn distance(&self, p: [f64; 3]) -> f64 {
-        let [p, a, b] = [p, self.from, self.to].map(|q| std::array::from_fn(|i| q[i] / self.stretch[i]));
-        let (axis, reach) = (subtract(b, a), subtract(p, a));
-        let squared = dot(axis, axis);
-        let t = if squared > 0.0 { (dot(reach, axis) / squared).clamp(0.0, 1.0) } else { 0.0 };
-        // The radius levels out at both ends, which keeps the surface smooth where the round caps begin.
-        let radius = self.radii[0] + (self.radii[1] - self.radii[0]) * t * t * (3.0 - 2.0 * t);
-        let off_axis = length(std::array::from_fn(|i| reach[i] - t * axis[i]));
-        (off_axis - radius) * self.stretch.into_iter().fold(f64::INFINITY, f64::min)
+        let unstretched = |q: [f64; 3]| std::array::from_fn(|i| q[i] / self.stretch[i]);
+        let segments = self.joints.windows(2).map(|ends| {
+            let [(a, from), (b, to)] = [ends[0], ends[1]];
+            segment(unstretched(p), [unstretched(a), unstretched(b)], [from, to])
+        });
+        let narrowest = self.stretch.into_iter().fold(f64::INFINITY, f64::min);
+        narrowest * segments.fold(f64::INFINITY, f64::min)
     }
+}
+
+/// The signed distance to a ball swept from a to b while its radius changes.
+fn segment(p: [f64; 3], [a, b]: [[f64; 3]; 2], [from, to]: [f64; 2]) -> f64 {
+    let (axis, reach) = (subtract(b, a), subtract(p, a));
+    let squared = dot(axis, axis);
+    let t = if squared > 0.0 { (dot(reach, axis) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    // The radius levels out at both ends, which keeps the surface smooth from one segment to the next.
+    let radius = from + (to - from) * t * t * (3.0 - 2.0 * t);
+    length(std::array::from_fn(|i| reach[i] - t * axis[i])) - radius
 }
 
 /// A body, left and right alike, and the pose it is drawn in.
@@ -93,24 +103,24 @@ impl Body {
         self.blend * (nearest - sum.ln())
     }
 
-    /// The gradient of [`Body::field`], by central differences.
-    pub(super) fn gradient(&self, p: [f64; 3]) -> [f64; 3] {
-        const STEP: f64 = 1e-5;
-        std::array::from_fn(|axis| {
-            let shifted = |by: f64| std::array::from_fn(|i| if i == axis { p[i] + by } else { p[i] });
-            (self.field(shifted(STEP)) - self.field(shifted(-STEP))) / (2.0 * STEP)
-        })
+    /// [`Body::field`] and its gradient, by forward differences.
+    pub(super) fn slope(&self, p: [f64; 3]) -> (f64, [f64; 3]) {
+        const STEP: f64 = 1e-6;
+        let here = self.field(p);
+        let ahead = |axis| self.field(std::array::from_fn(|i| if i == axis { p[i] + STEP } else { p[i] }));
+        (here, std::array::from_fn(|axis| (ahead(axis) - here) / STEP))
     }
 
     /// The lower and upper corner of a box around the body at rest.
     pub(super) fn bounds(&self) -> [[f64; 3]; 2] {
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         for limb in &self.limbs {
-            let radius = limb.radii[0].max(limb.radii[1]);
-            for i in 0..3 {
-                let margin = radius * limb.stretch[i] + 2.0 * self.blend;
-                bounds[0][i] = bounds[0][i].min(limb.from[i].min(limb.to[i]) - margin);
-                bounds[1][i] = bounds[1][i].max(limb.from[i].max(limb.to[i]) + margin);
+            for (centre, radius) in &limb.joints {
+                for i in 0..3 {
+                    let margin = radius * limb.stretch[i] + 2.0 * self.blend;
+                    bounds[0][i] = bounds[0][i].min(centre[i] - margin);
+                    bounds[1][i] = bounds[1][i].max(centre[i] + margin);
+                }
             }
         }
         bounds
@@ -150,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_single_ball_has_the_distance_of_a_sphere() {
-        let ball = body(vec![Limb::new([0.0; 3], [0.0; 3], [0.5; 2])]);
+        let ball = body(vec![Limb::new(&[([0.0; 3], 0.5), ([0.0; 3], 0.5)])]);
         for (p, d) in [([1.0, 0.0, 0.0], 0.5), ([0.0, 0.3, 0.4], 0.0), ([0.0; 3], -0.5)] {
             assert!((ball.field(p) - d).abs() < 1e-12);
         }
@@ -168,7 +178,8 @@ mod tests {
 
     #[test]
     fn the_union_is_soft_and_knows_no_order() {
-        let limbs: Vec<Limb> = [0.0, 0.3, 0.5].map(|z| Limb::new([0.0, 0.0, z], [0.0, 0.1, z], [0.2, 0.1])).to_vec();
+        let limbs: Vec<Limb> =
+            [0.0, 0.3, 0.5].map(|z| Limb::new(&[([0.0, 0.0, z], 0.2), ([0.0, 0.1, z], 0.1)])).to_vec();
         let (there, back) = (body(limbs.clone()), body(limbs.iter().rev().cloned().collect()));
         for z in [-0.5, 0.1, 0.15, 0.9] {
             let p = [0.05, 0.12, z];
@@ -180,7 +191,7 @@ mod tests {
 
     #[test]
     fn opposite_is_its_own_inverse_and_keeps_the_height() {
-        let body = body(vec![Limb::new([0.0; 3], [0.0; 3], [0.5; 2])]);
+        let body = body(vec![Limb::new(&[([0.0; 3], 0.5), ([0.0; 3], 0.5)])]);
         let p = [0.1, 0.1, 0.3];
         let q = body.opposite(p);
         assert_eq!((q[0], q[1]), (-0.1, 0.1));

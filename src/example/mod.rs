@@ -17,7 +17,8 @@ pub use silhouette::Silhouette;
 pub use view::View;
 
 use crate::evaluation::Truth;
-use crate::mesh::{Refusal, TriangleMesh};
+use crate::mesh::TriangleMesh;
+use crate::mesh::refusal::Refusal;
 use body::Body;
 
 /// The sizes a creature can be meshed at, in vertices.

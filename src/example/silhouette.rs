@@ -34,8 +34,7 @@ impl Silhouette {
             .map(|t| t.to_vec())
             .collect();
         let figures = facing.simplify_shape(FillRule::NonZero);
-        let mut contours =
-            figures.into_iter().max_by(|a, b| area(&a[0]).total_cmp(&area(&b[0])))?.into_iter();
+        let mut contours = figures.into_iter().max_by(|a, b| area(&a[0]).total_cmp(&area(&b[0])))?.into_iter();
         let outline = simplified(&contours.next()?);
         let smallest = SMALLEST_HOLE * area(&outline);
         let holes = contours.filter(|hole| -area(hole) > smallest).map(|hole| simplified(&hole)).collect();

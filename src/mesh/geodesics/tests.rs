@@ -73,9 +73,8 @@ fn mean_relative_error(found: &[f64], expected: impl Fn(usize) -> f64) -> f64 {
 fn distances_on_flat_ground_are_straight() {
     for (mesh, source) in [(square(40, 0.0), 0), (square(40, 0.0), 20 * 41 + 17), (square(40, 0.3), 20 * 41 + 17)] {
         let from = mesh.positions()[source];
-        let error = mean_relative_error(&distances(&mesh, &[source as u32]), |v| {
-            length(subtract(mesh.positions()[v], from))
-        });
+        let error =
+            mean_relative_error(&distances(&mesh, &[source as u32]), |v| length(subtract(mesh.positions()[v], from)));
         assert!(error < 1e-3, "{error}");
     }
 }
@@ -90,9 +89,8 @@ fn obtuse_triangles_are_unfolded() {
     let found = distances(&mesh, &[15 * 31 + 15]);
     // Near the rim there is nothing to unfold, and the straight line may leave the mesh: a band along it is left out.
     let inner = |v: usize| (8..=22).contains(&(v % 31)) && (8..=22).contains(&(v / 31));
-    let error = mean_relative_error(&found, |v| {
-        if inner(v) { length(subtract(mesh.positions()[v], from)) } else { 0.0 }
-    });
+    let error =
+        mean_relative_error(&found, |v| if inner(v) { length(subtract(mesh.positions()[v], from)) } else { 0.0 });
     assert!(error < 0.01, "{error}");
 }
 
@@ -121,8 +119,7 @@ fn paths_along_edges_are_never_shorter() {
 #[test]
 fn the_nearest_of_several_sources_counts() {
     let mesh = square(30, 0.2);
-    let (one, other, both) =
-        (distances(&mesh, &[0]), distances(&mesh, &[30]), distances(&mesh, &[0, 30]));
+    let (one, other, both) = (distances(&mesh, &[0]), distances(&mesh, &[30]), distances(&mesh, &[0, 30]));
     for v in 0..both.len() {
         assert!((both[v] - one[v].min(other[v])).abs() < 1.5 / 30.0);
     }
