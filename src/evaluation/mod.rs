@@ -90,3 +90,64 @@ pub fn curve(errors: &[f64], thresholds: &[f64]) -> Vec<f64> {
     let share = |&t: &f64| errors.iter().filter(|&&e| e <= t).count() as f64 / errors.len() as f64;
     thresholds.iter().map(share).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A strip of n unit squares along the x-axis, cut by diagonals: vertex 2i at (i, 0), vertex 2i + 1 at (i, 1).
+    fn strip(n: u32) -> TriangleMesh {
+        let positions = (0..=n).flat_map(|i| [[f64::from(i), 0.0, 0.0], [f64::from(i), 1.0, 0.0]]).collect();
+        let triangles = (0..n).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]]).collect();
+        TriangleMesh::new(positions, triangles).unwrap()
+    }
+
+    fn truth(side: bool) -> Truth {
+        let variants = Variants {
+            front: vec![0, 4, 8],
+            front_mirrored: vec![1, 5, 9],
+            back: vec![16, 4, 0],
+            back_mirrored: vec![17, 5, 1],
+        };
+        Truth { side, points: vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], variants }
+    }
+
+    #[test]
+    fn errors_are_distances_by_the_root_of_the_area() {
+        // Area 8: a distance of 4 is √2 on the whole and 2 on one side.
+        for (side, unit) in [(false, 8f64.sqrt()), (true, 2.0)] {
+            let errors = errors(&strip(8), &truth(side), &[0, 4, 0]);
+            let expected = [0.0, 0.0, 4.0 / unit];
+            assert!(errors.coherent.iter().zip(expected).all(|(e, x)| (e - x).abs() < 1e-12), "{errors:?}");
+            assert_eq!(errors.pointwise, [0.0; 3]);
+        }
+    }
+
+    #[test]
+    fn the_true_answer_of_any_variant_has_no_error() {
+        let truth = truth(false);
+        let Variants { front, front_mirrored, back, back_mirrored } = &truth.variants;
+        for variant in [front, front_mirrored, back, back_mirrored] {
+            assert_eq!(errors(&strip(8), &truth, variant).coherent, [0.0; 3]);
+        }
+    }
+
+    #[test]
+    fn the_pointwise_error_is_never_above_the_coherent_one() {
+        let errors = errors(&strip(8), &truth(true), &[7, 12, 3]);
+        assert!(errors.pointwise.iter().zip(&errors.coherent).all(|(p, c)| p <= c));
+    }
+
+    #[test]
+    fn a_point_is_answered_by_the_nearest_correspondence() {
+        let at = [[0.1, 0.0], [0.9, 0.3], [9.0, 9.0]];
+        assert_eq!(answers(&truth(false), &at, &[5, 6, 7]), [5, 6, 6]);
+    }
+
+    #[test]
+    fn the_curve_counts_errors_at_and_below_the_threshold() {
+        let errors = [0.0, 0.1, 0.3, f64::INFINITY];
+        assert_eq!(curve(&errors, &[0.0, 0.1, 0.2, 0.5]), [0.25, 0.5, 0.5, 0.75]);
+        assert_eq!(mean(&errors[..2]), 0.05);
+    }
+}
