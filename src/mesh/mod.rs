@@ -4,6 +4,7 @@ pub mod connectivity;
 mod disjoint_sets;
 mod edges;
 pub mod formats;
+pub mod geodesics;
 mod polygon;
 pub mod refusal;
 mod soundness;
