@@ -1,0 +1,140 @@
+//! The program itself: killed in the middle of its work, stopped in peace, started where it should not.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+
+use reqwest::Client;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::{Value, json};
+
+use crate::drawings;
+use crate::server::{id, json_of};
+
+/// The program serving a data directory.
+struct Program {
+    child: Child,
+    address: String,
+}
+
+impl Program {
+    fn start(data: &Path) -> Program {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--workers", "2", "--log-format", "json", "--data-dir"])
+            .arg(data)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut log = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let entry = |line: String| serde_json::from_str::<Value>(&line).ok();
+        let address = log.by_ref().filter_map(entry).find_map(|entry| Some(entry.get("address")?.as_str()?.to_owned()));
+        let address = format!("http://{}", address.expect("the log tells the address"));
+        thread::spawn(move || log.for_each(drop));
+        Program { child, address }
+    }
+
+    fn url(&self, path: &str) -> String {
+        format!("{}{path}", self.address)
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // Both fail where the program has ended, which is what is wanted.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The paths of `count` matches queued at the program.
+async fn queued(program: &Program, client: &Client, count: usize) -> Vec<String> {
+    let mesh = client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, 30)).send().await.unwrap();
+    let sketch = client.post(program.url("/v1/sketches")).json(&drawings::ellipse()).send().await.unwrap();
+    let request = json!({"mesh": id(&json_of(mesh, 201).await), "sketch": id(&json_of(sketch, 201).await)});
+    let mut paths = Vec::new();
+    for _ in 0..count {
+        let answer = client.post(program.url("/v1/matches")).json(&request).send().await.unwrap();
+        paths.push(json_of(answer, 202).await["links"]["self"].as_str().unwrap().to_owned());
+    }
+    paths
+}
+
+/// How a match ended, once it has.
+async fn end(program: &Program, client: &Client, path: &str) -> Value {
+    let events = client.get(program.url(&format!("{path}/events"))).send().await.unwrap();
+    events.text().await.unwrap();
+    json_of(client.get(program.url(path)).send().await.unwrap(), 200).await
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_match_of_a_killed_server_ends_with_one_result() {
+    let data = tempfile::tempdir().unwrap();
+    let client = Client::new();
+    let mut program = Program::start(data.path());
+    let paths = queued(&program, &client, 12).await;
+    assert_eq!(end(&program, &client, &paths[0]).await["status"], "succeeded");
+    program.child.kill().unwrap();
+    program.child.wait().unwrap();
+    drop(program);
+
+    let program = Program::start(data.path());
+    for path in &paths {
+        let document = end(&program, &client, path).await;
+        assert_eq!(document["status"], "succeeded", "{document}");
+        json_of(client.get(program.url(&format!("{path}/result"))).send().await.unwrap(), 200).await;
+        let blobs = data.path().join("blobs/results").join(id(&document));
+        assert_eq!(fs::read_dir(blobs).unwrap().count(), 1, "{path}");
+    }
+    let measures = client.get(program.url("/metrics")).send().await.unwrap().text().await.unwrap();
+    assert!(measures.contains("http_requests_total"), "{measures}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
+    let data = tempfile::tempdir().unwrap();
+    let client = Client::new();
+    let mut program = Program::start(data.path());
+    let paths = queued(&program, &client, 6).await;
+    let pid = Pid::from_child(&program.child);
+    kill_process(pid, Signal::TERM).unwrap();
+    assert!(program.child.wait().unwrap().success());
+    drop(program);
+
+    let program = Program::start(data.path());
+    for path in &paths {
+        assert_eq!(end(&program, &client, path).await["status"], "succeeded");
+    }
+}
+
+#[test]
+fn a_second_server_is_refused_the_data_directory() {
+    let data = tempfile::tempdir().unwrap();
+    let _program = Program::start(data.path());
+    let second = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
+        .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+        .arg(data.path())
+        .output()
+        .unwrap();
+    assert!(!second.status.success());
+    assert!(String::from_utf8_lossy(&second.stderr).contains("in use by another process"));
+}
+
+#[test]
+fn a_match_without_a_server_writes_its_result_or_its_reasons() {
+    let dir = tempfile::tempdir().unwrap();
+    let (sketch, mesh, result) = (dir.path().join("s.json"), dir.path().join("m.obj"), dir.path().join("r.json"));
+    fs::write(&sketch, drawings::ellipse().to_string()).unwrap();
+    fs::write(&mesh, drawings::ellipsoid(16, 12)).unwrap();
+    let program = || Command::new(env!("CARGO_BIN_EXE_sketchmatch"));
+    let matched = program().arg("match").args([&sketch, &mesh]).arg("-o").arg(&result).output().unwrap();
+    assert!(matched.status.success(), "{}", String::from_utf8_lossy(&matched.stderr));
+    let result: Value = serde_json::from_slice(&fs::read(&result).unwrap()).unwrap();
+    assert!(!result["correspondences"].as_array().unwrap().is_empty());
+
+    fs::write(&mesh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").unwrap();
+    let refused = program().arg("match").args([&sketch, &mesh]).output().unwrap();
+    assert!(!refused.status.success());
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("line 4"), "{refused:?}");
+}
