@@ -86,8 +86,7 @@ fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
 
 fn is_degenerate([a, b, c]: [[f64; 3]; 3], diagonal: f64) -> bool {
     let longest = length(subtract(b, a)).max(length(subtract(c, b))).max(length(subtract(a, c)));
-    longest <= SHORTEST * diagonal
-        || length(cross(subtract(b, a), subtract(c, a))) <= THINNEST * longest * longest
+    longest <= SHORTEST * diagonal || length(cross(subtract(b, a), subtract(c, a))) <= THINNEST * longest * longest
 }
 
 /// Edges with more than two triangles.

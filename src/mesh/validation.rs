@@ -157,7 +157,8 @@ fn file_warnings(polygons: &Polygons) -> Vec<Warning> {
         warnings.push(Warning::new(WarningCode::IgnoredElements, detail, []));
     }
     if !polygons.merged.is_empty() {
-        let detail = format!("{} vertices stand where an earlier one does, which takes their place", polygons.merged.len());
+        let detail =
+            format!("{} vertices stand where an earlier one does, which takes their place", polygons.merged.len());
         let places = polygons.merged.iter().map(|&v| polygons.vertex_place(v as usize));
         warnings.push(Warning::new(WarningCode::MergedVertices, detail, places));
     }

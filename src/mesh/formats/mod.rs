@@ -44,11 +44,7 @@ impl Limits {
 }
 
 fn admit(unit: &'static str, found: usize, limit: usize) -> Result<(), Refusal> {
-    if found <= limit {
-        Ok(())
-    } else {
-        Err(Refusal::TooLarge { unit, found: found as u64, limit: limit as u64 })
-    }
+    if found <= limit { Ok(()) } else { Err(Refusal::TooLarge { unit, found: found as u64, limit: limit as u64 }) }
 }
 
 /// A file format of meshes.
@@ -83,7 +79,11 @@ impl Format {
             "model/obj" | "application/x-tgif" => Some(Format::Obj),
             "model/off" | "application/x-off" | "text/off" => Some(Format::Off),
             "model/ply" | "application/ply" | "application/x-ply" | "text/ply" => Some(Format::Ply),
-            "model/stl" | "model/x.stl-ascii" | "model/x.stl-binary" | "application/sla" | "application/stl"
+            "model/stl"
+            | "model/x.stl-ascii"
+            | "model/x.stl-binary"
+            | "application/sla"
+            | "application/stl"
             | "application/vnd.ms-pki.stl" => Some(Format::Stl),
             "model/gltf-binary" => Some(Format::Glb),
             _ => None,
