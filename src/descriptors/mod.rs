@@ -1,1 +1,3 @@
-//! 
+//! Point descriptors made of eigenpairs.
+
+pub mod global_point_signature;

@@ -6,8 +6,23 @@
 pub mod block_lanczos;
 pub mod cholesky;
 
+pub mod conjugate_gradient;
+pub mod cosamp;
+pub mod least_squares;
+pub mod proximal_gradient;
+pub mod proximal_operators;
+
+mod decomposition_error;
+mod frobenius;
 mod report;
+mod stopping;
 mod watch;
 
+#[cfg(test)]
+pub(crate) mod random;
+
+pub use decomposition_error::DecompositionError;
+pub use frobenius::inner_product;
 pub use report::{Report, Stopped};
+pub use stopping::Stopping;
 pub use watch::{Cancelled, Unwatched, Watch};
