@@ -136,7 +136,7 @@ fn free_vertices(mesh: &TriangleMesh, boundary: Boundary) -> Vec<usize> {
     match boundary {
         Boundary::Neumann => (0..n).collect(),
         Boundary::Dirichlet => {
-            let fixed = connectivity::on_boundary(mesh);
+            let fixed = connectivity::boundary_vertices(mesh);
             (0..n).filter(|&v| !fixed[v]).collect()
         }
     }
