@@ -28,7 +28,7 @@ fn meshes_are_closed_spheres_wound_outwards() {
     for (creature, vertices) in Creature::ALL.into_iter().flat_map(|c| [2_000, 3_100, 5_000, 9_000].map(|n| (c, n))) {
         let mesh = creature.mesh(vertices).unwrap();
         let n = mesh.positions().len();
-        assert!(n.abs_diff(vertices) * 20 < vertices, "{creature:?}: {n} vertices for {vertices}");
+        assert!(n.abs_diff(vertices) * 10 < vertices, "{creature:?}: {n} vertices for {vertices}");
         let mut uses: BTreeMap<(u32, u32), usize> = BTreeMap::new();
         for &[a, b, c] in mesh.triangles() {
             [(a, b), (b, c), (c, a)].into_iter().for_each(|edge| *uses.entry(edge).or_default() += 1);
