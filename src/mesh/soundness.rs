@@ -59,8 +59,8 @@ pub(super) fn areas(positions: &[[f64; 3]], triangles: &[[u32; 3]], faults: &mut
         let corners = triangle.map(|v| positions[v as usize]);
         corners.iter().all(|&p| is_sound(p)).then_some(corners)
     };
-    let diagonal = diagonal(triangles.iter().filter_map(corners).flatten());
-    if !triangles.is_empty() && diagonal < SMALLEST_DIAGONAL {
+    let Some(diagonal) = diagonal(triangles.iter().filter_map(corners).flatten()) else { return };
+    if diagonal < SMALLEST_DIAGONAL {
         let detail = format!("the mesh is only {diagonal:e} across: the least is {SMALLEST_DIAGONAL:e}");
         return faults.push(Place::file(), detail);
     }
@@ -72,8 +72,8 @@ pub(super) fn areas(positions: &[[f64; 3]], triangles: &[[u32; 3]], faults: &mut
     }
 }
 
-/// Diagonal of the box around the points; 0 where there are none.
-fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
+/// Diagonal of the box around the points; none where there are no points.
+fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> Option<f64> {
     let mut bounds: Option<[[f64; 3]; 2]> = None;
     for p in points {
         let [low, high] = bounds.unwrap_or([p, p]);
@@ -81,7 +81,7 @@ fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
             [0, 1, 2].map(|axis: usize| if end == 0 { low[axis].min(p[axis]) } else { high[axis].max(p[axis]) })
         }));
     }
-    bounds.map_or(0.0, |[low, high]| length(subtract(high, low)))
+    bounds.map(|[low, high]| length(subtract(high, low)))
 }
 
 fn is_degenerate([a, b, c]: [[f64; 3]; 3], diagonal: f64) -> bool {

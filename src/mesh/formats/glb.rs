@@ -81,6 +81,11 @@ fn open(bytes: &[u8]) -> Result<(Document, Vec<u8>), Refusal> {
     if let Some(name) = root.extensions_required.first() {
         return Err(refusal(format!("it requires the extension {name:?}, which is not supported")));
     }
+    // The crate's own validation takes these indices for granted.
+    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    if attributes.any(|accessor| accessor.value() >= root.accessors.len()) {
+        return Err(refusal("a primitive names an accessor that does not exist"));
+    }
     let document = Document::from_json(root).map_err(|error| unreadable(&error))?;
     Ok((document, glb.bin.unwrap_or_default().into_owned()))
 }
@@ -340,6 +345,30 @@ mod tests {
         let whole = glb(&json, &data);
         for length in 0..whole.len() {
             assert!(read(&whole[..length], Format::Glb, &Limits::default()).is_err(), "{length}");
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn survives_damage(
+            damage in proptest::collection::vec((proptest::prelude::any::<proptest::sample::Index>(), 0u8..128), 1..5),
+        ) {
+            let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
+            let mut bytes = glb(&json, &data);
+            damage.iter().for_each(|(at, byte)| { let at = at.index(bytes.len()); bytes[at] = *byte; });
+            let _ = read(&bytes, Format::Glb, &Limits::default());
+        }
+
+        /// Digits only, so that the JSON stays readable and its numbers lie.
+        #[test]
+        fn survives_false_numbers(
+            damage in proptest::collection::vec((proptest::prelude::any::<proptest::sample::Index>(), b'0'..=b'9'), 1..6),
+        ) {
+            let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
+            let mut bytes = glb(&json, &data);
+            let digits: Vec<usize> = (PREAMBLE..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
+            damage.iter().for_each(|(at, digit)| bytes[digits[at.index(digits.len())]] = *digit);
+            let _ = read(&bytes, Format::Glb, &Limits::default());
         }
     }
 }
