@@ -8,6 +8,7 @@ mod polygon;
 pub mod refusal;
 mod soundness;
 pub mod validation;
+mod warnings;
 mod winding;
 
 use edges::Edges;

@@ -2,14 +2,10 @@
 //! reason.
 
 use super::TriangleMesh;
-use super::connectivity::{self, Extent};
 use super::edges::Edges;
 use super::formats::{self, Format, Limits, Polygons};
 use super::refusal::{Faults, Place, Refusal, Warning, WarningCode};
-use super::{polygon, soundness, winding};
-
-/// Share of the whole area below which a component is a speck.
-const SPECK: f64 = 1e-3;
+use super::{polygon, soundness, warnings, winding};
 
 /// A file's mesh, and what is to be known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +22,7 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
     limits.admit_bytes(bytes.len())?;
     let polygons = formats::read(bytes, format, limits)?;
     let mut faults = Faults::default();
-    let mut warnings = file_warnings(&polygons);
+    let mut warnings = warnings::of_file(&polygons);
     let cut = Cut::of(&polygons, &mut faults);
     let (cut, duplicates) = cut.without_duplicates();
     warnings.extend(duplicates.map(|faces| {
@@ -39,9 +35,9 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
         let detail = format!("{} faces are turned over to agree with their neighbours", faces.len());
         Warning::new(WarningCode::FlippedWinding, detail, faces.iter().map(|&f| polygons.face_place(f)))
     }));
-    warnings.extend(unreferenced(&polygons, &cut.triangles));
+    warnings.extend(warnings::of_unreferenced(&polygons, &cut.triangles));
     let mesh = TriangleMesh::new(polygons.positions, cut.triangles)?;
-    warnings.extend(component_warnings(&mesh));
+    warnings.extend(warnings::of_components(&mesh));
     Ok(Imported { mesh, warnings })
 }
 
@@ -150,61 +146,12 @@ fn cut_face(corners: &[i64], polygons: &Polygons, place: &Place, faults: &mut Fa
     triangles
 }
 
-fn file_warnings(polygons: &Polygons) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    if polygons.ignored > 0 {
-        let detail = format!("{} elements of the file are no faces and are left out", polygons.ignored);
-        warnings.push(Warning::new(WarningCode::IgnoredElements, detail, []));
-    }
-    if !polygons.merged.is_empty() {
-        let detail =
-            format!("{} vertices stand where an earlier one does, which takes their place", polygons.merged.len());
-        let places = polygons.merged.iter().map(|&v| polygons.vertex_place(v as usize));
-        warnings.push(Warning::new(WarningCode::MergedVertices, detail, places));
-    }
-    warnings
-}
-
-/// The warning of vertices that no face ever named.
-fn unreferenced(polygons: &Polygons, triangles: &[[u32; 3]]) -> Option<Warning> {
-    let mut accounted = vec![false; polygons.positions.len()];
-    for &v in triangles.as_flattened().iter().chain(&polygons.merged) {
-        accounted[v as usize] = true;
-    }
-    let vertices: Vec<usize> = (0..accounted.len()).filter(|&v| !accounted[v]).collect();
-    let detail = format!("{} vertices belong to no face and are not matched", vertices.len());
-    let places = vertices.iter().map(|&v| polygons.vertex_place(v));
-    (!vertices.is_empty()).then(|| Warning::new(WarningCode::UnreferencedVertices, detail, places))
-}
-
-fn component_warnings(mesh: &TriangleMesh) -> Vec<Warning> {
-    let components = connectivity::components(mesh).list;
-    if components.len() < 2 {
-        return Vec::new();
-    }
-    let area = mesh.area();
-    let place = |component: &Extent| Place::vertex(component.first_vertex as usize);
-    let largest = components.iter().map(|c| c.area).fold(0.0, f64::max);
-    let detail = format!(
-        "the mesh has {} components: only the largest, {:.1} % of the area, is matched",
-        components.len(),
-        100.0 * largest / area
-    );
-    let mut warnings = vec![Warning::new(WarningCode::SeveralComponents, detail, components.iter().map(place))];
-    let specks: Vec<&Extent> = components.iter().filter(|c| c.area < SPECK * area).collect();
-    if !specks.is_empty() {
-        let triangles: usize = specks.iter().map(|c| c.triangles).sum();
-        let detail = format!("{} components of {triangles} triangles are specks", specks.len());
-        warnings.push(Warning::new(WarningCode::IsolatedSpecks, detail, specks.into_iter().map(place)));
-    }
-    warnings
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mesh::connectivity;
 
     fn obj(text: &str) -> Result<Imported, Refusal> {
         import(text.as_bytes(), Format::Obj, &Limits::default())

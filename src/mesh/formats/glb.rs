@@ -225,6 +225,8 @@ fn determinant([a, b, c, _]: Matrix) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
     use serde_json::{Value, json};
 
     use super::super::{Format, Limits, read};
@@ -292,7 +294,7 @@ mod tests {
     fn applies_the_transforms_of_all_parents() {
         let nodes = json!([
             {"children": [1, 2], "translation": [10, 0, 0], "scale": [2, 2, 2]},
-            {"mesh": 0, "translation": [1, 0, 0], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476]},
+            {"mesh": 0, "translation": [1, 0, 0], "rotation": [0, 0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]},
             {"mesh": 0, "scale": [-1, 1, 1]}
         ]);
         let (json, data) = square(4, &[0, 1, 2], nodes);
