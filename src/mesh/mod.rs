@@ -9,6 +9,7 @@ mod polygon;
 pub mod refusal;
 mod soundness;
 pub mod validation;
+mod warnings;
 mod winding;
 
 use edges::Edges;
