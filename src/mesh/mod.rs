@@ -30,13 +30,6 @@ pub struct TriangleMesh {
     triangles: Vec<[u32; 3]>,
 }
 
-/// Stand-in until the validation of meshes is merged.
-pub mod refusal {
-    #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-    #[error("{0}")]
-    pub struct Refusal(pub String);
-}
-
 impl TriangleMesh {
     /// The mesh of these vertices and triangles, n × 3 coordinates and m × 3 indices, in O(m log m). Refused with every
     /// reason where something the type guarantees does not hold; places are vertices and triangles.
