@@ -1,1 +1,113 @@
-//! 
+//! Claims a job, runs it on the bounded pool, reports.
+//!
+//! A job is claimed only when a thread is free for it. The computation runs on that thread and knows nothing of the
+//! queue; a task beside it reports its progress, extends the lease and passes on that somebody cancelled it.
+
+mod attempt;
+mod decomposition;
+mod failure;
+mod flights;
+mod matching;
+mod pool;
+mod progress;
+mod spectra;
+
+use std::num::NonZero;
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use rayon::ThreadPoolBuildError;
+use tokio::sync::Semaphore;
+use tokio::time::{sleep, timeout};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+use crate::store::{Job, JobKind, LEASE, Store};
+use attempt::{Bench, Outcome};
+use progress::Progress;
+
+/// How often the queue is looked at when nobody tells of a change: other processes cannot.
+const POLL: Duration = Duration::from_secs(1);
+
+/// How the worker behaves.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Jobs computed at the same time, each on a thread of its own; at least 1.
+    pub workers: usize,
+    /// How long running jobs may go on after the stop, before they are given back to the queue.
+    pub grace: Duration,
+}
+
+impl Default for Config {
+    fn default() -> Config {
+        let workers = thread::available_parallelism().map_or(1, NonZero::get);
+        Config { workers, grace: Duration::from_secs(20) }
+    }
+}
+
+/// Works on the queue until `shutdown`, then finishes what is running or, after `config.grace`, gives it back.
+///
+/// # Errors
+/// The system refused the threads.
+pub async fn run(store: Store, config: Config, shutdown: CancellationToken) -> Result<(), ThreadPoolBuildError> {
+    let pool = pool::of(config.workers.max(1))?;
+    work(&Arc::new(Bench::new(store, pool, Box::new(compute))), &config, &shutdown).await;
+    Ok(())
+}
+
+fn compute(bench: &Bench, job: &Job, progress: &Progress) -> Outcome {
+    match job.kind {
+        JobKind::Match => matching::run(bench, job, progress),
+        JobKind::Spectrum => decomposition::run(bench, job, progress),
+    }
+}
+
+async fn work(bench: &Arc<Bench>, config: &Config, shutdown: &CancellationToken) {
+    let attempts = TaskTracker::new();
+    tokio::join!(claim_until(shutdown, bench, &attempts, config.workers.max(1)), reap_until(shutdown, &bench.store));
+    attempts.close();
+    if timeout(config.grace, attempts.wait()).await.is_err() {
+        bench.stop.cancel();
+        attempts.wait().await;
+    }
+}
+
+/// Claims jobs as threads become free. A claim that has begun is carried through: a job must not be leased to nobody.
+async fn claim_until(shutdown: &CancellationToken, bench: &Arc<Bench>, attempts: &TaskTracker, workers: usize) {
+    let slots = Arc::new(Semaphore::new(workers));
+    let mut changes = bench.store.changes();
+    while let Some(Ok(slot)) = shutdown.run_until_cancelled(slots.clone().acquire_owned()).await {
+        changes.mark_unchanged();
+        match bench.store.claim().await {
+            Ok(Some(lease)) => {
+                let bench = bench.clone();
+                attempts.spawn(async move {
+                    attempt::attempt(&bench, lease).await;
+                    drop(slot);
+                });
+            }
+            Ok(None) => {
+                shutdown.run_until_cancelled(timeout(POLL, changes.changed())).await;
+            }
+            Err(error) => {
+                tracing::error!(%error, "no job can be claimed");
+                shutdown.run_until_cancelled(sleep(POLL)).await;
+            }
+        }
+    }
+}
+
+/// Takes jobs from workers that died, well before another lease could have run out.
+async fn reap_until(shutdown: &CancellationToken, store: &Store) {
+    while shutdown.run_until_cancelled(sleep(LEASE / 3)).await.is_some() {
+        match store.reap().await {
+            Ok(0) => {}
+            Ok(jobs) => tracing::warn!(jobs, "leases ran out"),
+            Err(error) => tracing::error!(%error, "leases cannot be checked"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,49 @@
+use std::path::Path;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::TryStreamExt;
+use object_store::local::LocalFileSystem;
+use object_store::path::Path as Name;
+use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode};
+
+/// Immutable byte strings under names, each written whole or not at all.
+#[derive(Clone)]
+pub(super) struct Blobs(Arc<dyn ObjectStore>);
+
+impl Blobs {
+    /// Files under `directory`, on the disk before a write returns.
+    pub fn local(directory: &Path) -> Result<Blobs, Error> {
+        Ok(Blobs(Arc::new(LocalFileSystem::new_with_prefix(directory)?.with_fsync(true))))
+    }
+
+    /// Writes a blob unless its name is taken: names tell the content, so what is there is the same.
+    pub async fn put(&self, name: &str, bytes: impl Into<Bytes>) -> Result<(), Error> {
+        let payload = bytes.into().into();
+        match self.0.put_opts(&Name::from(name), payload, PutMode::Create.into()).await {
+            Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
+
+    pub async fn read(&self, name: &str) -> Result<Option<Bytes>, Error> {
+        match self.0.get(&Name::from(name)).await {
+            Ok(found) => found.bytes().await.map(Some),
+            Err(Error::NotFound { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Deletes a blob; one that is gone already is no error.
+    pub async fn delete(&self, name: &str) -> Result<(), Error> {
+        match self.0.delete(&Name::from(name)).await {
+            Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The names of all blobs in a folder, in no order.
+    pub async fn names(&self, folder: &str) -> Result<Vec<String>, Error> {
+        self.0.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string()).try_collect().await
+    }
+}

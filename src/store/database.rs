@@ -1,0 +1,40 @@
+use std::path::Path;
+
+use sqlx::any::{AnyConnectOptions, AnyPoolOptions, install_default_drivers};
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{AnyPool, ConnectOptions, Executor, SqlSafeStr};
+
+use super::StoreError;
+
+/// Readers beside the one writer that SQLite admits.
+const CONNECTIONS: u32 = 8;
+
+/// `synchronous = FULL`: an acknowledged job survives a power cut.
+const PRAGMAS: &str = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA busy_timeout = 30000; \
+                       PRAGMA foreign_keys = ON";
+
+/// A pool on the SQLite file at `path` with the present tables. The caller holds the lock that migrations need.
+pub(super) async fn open(path: &Path) -> Result<AnyPool, StoreError> {
+    install_default_drivers();
+    let url = SqliteConnectOptions::new().filename(path).create_if_missing(true).to_url_lossy();
+    let pool = AnyPoolOptions::new()
+        .max_connections(CONNECTIONS)
+        .after_connect(|connection, _| Box::pin(async move { connection.execute(PRAGMAS).await.map(drop) }))
+        .connect_with(AnyConnectOptions::from_url(&url)?)
+        .await?;
+    migrator().run(&pool).await?;
+    Ok(pool)
+}
+
+/// Every migration in its order; a new one is a new file and a new line, an old one is never edited.
+fn migrator() -> Migrator {
+    let store = include_str!("../../migrations/sqlite/0001_store.sql");
+    Migrator::with_migrations(vec![Migration::new(
+        1,
+        "store".into(),
+        MigrationType::Simple,
+        store.into_sql_str(),
+        false,
+    )])
+}

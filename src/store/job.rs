@@ -1,0 +1,151 @@
+use std::fmt::Display;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use sqlx::any::AnyRow;
+use sqlx::{FromRow, Row};
+
+use super::page;
+
+/// What a job does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JobKind {
+    /// Matches a sketch to a mesh; the payload is the resolved settings.
+    Match,
+    /// Decomposes one shape; the payload names it.
+    Spectrum,
+}
+
+impl JobKind {
+    /// The name it is stored under.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            JobKind::Match => "match",
+            JobKind::Spectrum => "spectrum",
+        }
+    }
+
+    /// Its place in the queue, smaller first: a spectrum is short, and somebody waits for it with a repeated GET.
+    pub(super) const fn priority(self) -> i64 {
+        match self {
+            JobKind::Spectrum => 0,
+            JobKind::Match => 1,
+        }
+    }
+
+    fn named(name: &str) -> Option<JobKind> {
+        [JobKind::Match, JobKind::Spectrum].into_iter().find(|kind| kind.as_str() == name)
+    }
+}
+
+/// Where a job stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    Queued,
+    Running,
+    Succeeded,
+    Failed,
+    Cancelled,
+}
+
+impl State {
+    const ALL: [State; 5] = [State::Queued, State::Running, State::Succeeded, State::Failed, State::Cancelled];
+
+    /// The name it is stored under.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            State::Queued => "queued",
+            State::Running => "running",
+            State::Succeeded => "succeeded",
+            State::Failed => "failed",
+            State::Cancelled => "cancelled",
+        }
+    }
+
+    /// True when it will not change any more.
+    pub const fn finished(self) -> bool {
+        matches!(self, State::Succeeded | State::Failed | State::Cancelled)
+    }
+
+    fn named(name: &str) -> Option<State> {
+        State::ALL.into_iter().find(|state| state.as_str() == name)
+    }
+}
+
+/// A job as it stood when it was read. Times are milliseconds since 1970 by the database's clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// A version 7 UUID.
+    pub id: String,
+    pub kind: JobKind,
+    pub payload: Value,
+    pub state: State,
+    /// How often it was claimed, and the token that fences off those who claimed it earlier.
+    pub attempt: i64,
+    pub stage: Option<String>,
+    /// How much of it is done, in `[0, 1]`.
+    pub fraction: f64,
+    /// Grows by one with every change of state or progress.
+    pub revision: i64,
+    /// Why it failed, as a problem of RFC 9457.
+    pub error: Option<Value>,
+    pub created_ms: i64,
+    pub started_ms: Option<i64>,
+    pub finished_ms: Option<i64>,
+}
+
+impl Job {
+    /// The `Page::after` of the page that begins behind this job.
+    pub fn cursor(&self) -> String {
+        page::cursor(self.created_ms, &self.id)
+    }
+}
+
+impl<'r> FromRow<'r, AnyRow> for Job {
+    fn from_row(row: &'r AnyRow) -> Result<Job, sqlx::Error> {
+        let error: Option<&str> = row.try_get("error")?;
+        Ok(Job {
+            id: row.try_get("id")?,
+            kind: JobKind::named(row.try_get("kind")?).ok_or_else(|| unknown("kind"))?,
+            payload: serde_json::from_str(row.try_get("payload")?).map_err(sqlx::Error::decode)?,
+            state: State::named(row.try_get("state")?).ok_or_else(|| unknown("state"))?,
+            attempt: row.try_get("attempt")?,
+            stage: row.try_get("stage")?,
+            fraction: row.try_get("fraction")?,
+            revision: row.try_get("revision")?,
+            error: error.map(serde_json::from_str).transpose().map_err(sqlx::Error::decode)?,
+            created_ms: row.try_get("created_ms")?,
+            started_ms: row.try_get("started_ms")?,
+            finished_ms: row.try_get("finished_ms")?,
+        })
+    }
+}
+
+fn unknown(column: &str) -> sqlx::Error {
+    sqlx::Error::Decode(format!("unknown {column} of a job").into())
+}
+
+/// What a failed job keeps as its error: a problem of RFC 9457 whose type is its status.
+pub fn problem(status: u16, title: &str, detail: impl Display) -> Value {
+    json!({ "type": "about:blank", "title": title, "status": status, "detail": detail.to_string() })
+}
+
+/// The right to work on a job, until the lease runs out or the job is cancelled.
+#[derive(Clone, Debug)]
+pub struct Lease {
+    /// The job as it was claimed; its `attempt` is the fencing token.
+    pub job: Job,
+}
+
+/// What a worker learns when it reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beat {
+    /// The job is still yours, and the lease is extended.
+    Held,
+    /// Somebody cancelled the job: stop.
+    Cancelled,
+    /// The lease ran out and the job was given away, or the job is gone: stop, nothing you publish counts.
+    Lost,
+}

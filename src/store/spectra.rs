@@ -1,0 +1,160 @@
+use faer::Mat;
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
+use serde::{Deserialize, Serialize};
+
+use super::tensors::{self, Array};
+use super::{Kind, Store, StoreError, blocking};
+use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum};
+
+/// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
+const OPERATOR: &str = "cotangent-mixed";
+
+/// What a spectrum is of. Operator and version of the solver are added where it is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SpectrumKey {
+    /// Content of the mesh that was decomposed.
+    pub shape_hash: blake3::Hash,
+    pub boundary: Boundary,
+}
+
+/// Payload of a [`JobKind::Spectrum`](super::JobKind::Spectrum): the spectrum of a stored shape's largest component.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SpectrumTask {
+    /// Id of the shape.
+    pub shape: String,
+    pub kind: Kind,
+    /// Number of eigenpairs.
+    pub k: usize,
+    pub boundary: Boundary,
+}
+
+impl SpectrumKey {
+    fn folder(&self) -> String {
+        let boundary = match self.boundary {
+            Boundary::Neumann => "neumann",
+            Boundary::Dirichlet => "dirichlet",
+        };
+        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}", self.shape_hash.to_hex())
+    }
+}
+
+impl Store {
+    /// The first `k` eigenpairs where at least as many are cached.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub async fn spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
+        let folder = key.folder();
+        let cached = self.blobs.names(&folder).await?;
+        let Some(length) = cached.iter().filter_map(|name| length(name)).filter(|&length| length >= k).min() else {
+            return Ok(None);
+        };
+        let name = blob(&folder, length);
+        let Some(bytes) = self.blobs.read(&name).await? else { return Ok(None) };
+        blocking(move || decode(&bytes, k).map(Some).map_err(|error| StoreError::damaged(name, error))).await
+    }
+
+    /// Caches a spectrum under its number of eigenpairs.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub async fn put_spectrum(&self, key: &SpectrumKey, spectrum: &Spectrum) -> Result<(), StoreError> {
+        let name = blob(&key.folder(), spectrum.len());
+        let bytes = encode(spectrum).map_err(|error| StoreError::damaged("the spectrum", error))?;
+        Ok(self.blobs.put(&name, bytes).await?)
+    }
+}
+
+fn blob(folder: &str, length: usize) -> String {
+    format!("{folder}/{length}.safetensors")
+}
+
+fn length(blob: &str) -> Option<usize> {
+    blob.rsplit('/').next()?.strip_suffix(".safetensors")?.parse().ok()
+}
+
+fn encode(spectrum: &Spectrum) -> Result<Vec<u8>, SafeTensorError> {
+    let (n, k) = (spectrum.vertices(), spectrum.len());
+    let functions = &spectrum.eigenfunctions;
+    let entries = (0..n).flat_map(|i| (0..k).map(move |j| functions[(i, j)]));
+    let arrays = [
+        Array::of_f64("eigenvalues", vec![k], spectrum.eigenvalues.iter().copied()),
+        Array::of_f64("eigenfunctions", vec![n, k], entries),
+        Array::of_f64("mass", vec![n], spectrum.mass.iter().copied()),
+    ];
+    tensors::encode(&arrays, None)
+}
+
+/// The first `k` of the pairs in the file.
+fn decode(bytes: &[u8], k: usize) -> Result<Spectrum, SafeTensorError> {
+    let file = SafeTensors::deserialize(bytes)?;
+    let values = tensors::matrix(&file, "eigenvalues", Dtype::F64)?;
+    let functions = tensors::matrix(&file, "eigenfunctions", Dtype::F64)?;
+    let mass = tensors::matrix(&file, "mass", Dtype::F64)?;
+    let n = mass.rows;
+    if values.rows < k || functions.rows != n || functions.columns != values.rows {
+        return Err(SafeTensorError::TensorInvalidInfo);
+    }
+    Ok(Spectrum {
+        eigenvalues: (0..k).map(|j| f64::from_le_bytes(values.at(j, 0))).collect(),
+        eigenfunctions: Mat::from_fn(n, k, |i, j| f64::from_le_bytes(functions.at(i, j))),
+        mass: (0..n).map(|i| f64::from_le_bytes(mass.at(i, 0))).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::testing::{fresh, open};
+
+    const KEY: SpectrumKey = SpectrumKey { shape_hash: blake3::Hash::from_bytes([7; 32]), boundary: Boundary::Neumann };
+
+    /// Numbers that tell their place; no shape's.
+    fn numbered(n: usize, k: usize) -> Spectrum {
+        Spectrum {
+            eigenvalues: (0..k).map(|j| j as f64 / 3.0).collect(),
+            eigenfunctions: Mat::from_fn(n, k, |i, j| (i * 100 + j) as f64 / 7.0),
+            mass: (0..n).map(|i| 1.0 / (i + 1) as f64).collect(),
+        }
+    }
+
+    #[tokio::test]
+    async fn a_spectrum_survives_bit_for_bit() {
+        let (directory, store) = fresh().await;
+        store.put_spectrum(&KEY, &numbered(9, 4)).await.unwrap();
+        drop(store);
+        let found = open(&directory).await.spectrum(&KEY, 4).await.unwrap();
+        assert_eq!(found, Some(numbered(9, 4)));
+    }
+
+    #[tokio::test]
+    async fn a_longer_spectrum_serves_a_shorter_request_and_not_the_reverse() {
+        let (_directory, store) = fresh().await;
+        assert_eq!(store.spectrum(&KEY, 1).await.unwrap(), None);
+        store.put_spectrum(&KEY, &numbered(9, 5)).await.unwrap();
+        let found = store.spectrum(&KEY, 3).await.unwrap().unwrap();
+        let whole = numbered(9, 5);
+        assert_eq!(found.eigenvalues, whole.eigenvalues[..3]);
+        assert_eq!(found.eigenfunctions, whole.eigenfunctions.subcols(0, 3));
+        assert_eq!(found.mass, whole.mass);
+        assert_eq!(store.spectrum(&KEY, 6).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn boundary_and_mesh_are_told_apart() {
+        let (_directory, store) = fresh().await;
+        store.put_spectrum(&KEY, &numbered(9, 5)).await.unwrap();
+        let fixed = SpectrumKey { boundary: Boundary::Dirichlet, ..KEY };
+        let other = SpectrumKey { shape_hash: blake3::Hash::from_bytes([8; 32]), ..KEY };
+        assert_eq!(store.spectrum(&fixed, 5).await.unwrap(), None);
+        assert_eq!(store.spectrum(&other, 5).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn a_damaged_blob_is_named() {
+        let (_directory, store) = fresh().await;
+        store.blobs.put(&blob(&KEY.folder(), 5), &b"no tensors"[..]).await.unwrap();
+        let error = store.spectrum(&KEY, 5).await.unwrap_err();
+        assert!(error.to_string().contains("5.safetensors is damaged"), "{error}");
+    }
+}

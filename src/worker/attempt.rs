@@ -1,0 +1,124 @@
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::Duration;
+
+use bytes::Bytes;
+use rayon::ThreadPool;
+use tokio::runtime::Handle;
+use tokio::sync::oneshot;
+use tokio::time::{Instant, MissedTickBehavior, interval_at};
+use tokio_util::sync::CancellationToken;
+
+use super::failure::Failure;
+use super::progress::Progress;
+use super::spectra::CachedSpectra;
+use crate::store::{Beat, Job, Lease, Store, StoreError};
+
+/// How often progress is reported, and cancelling noticed; a fraction of the lease.
+const BEAT: Duration = Duration::from_millis(500);
+
+/// What every attempt works with.
+pub(super) struct Bench {
+    pub store: Store,
+    pub spectra: CachedSpectra,
+    pub runtime: Handle,
+    /// Cancelled when running jobs are to be given back.
+    pub stop: CancellationToken,
+    pool: ThreadPool,
+    body: Box<Body>,
+}
+
+/// What a job does, on a thread of the pool.
+type Body = dyn Fn(&Bench, &Job, &Progress) -> Outcome + Send + Sync;
+
+/// The result's bytes.
+pub(super) type Outcome = Result<Bytes, Failure>;
+
+impl Bench {
+    /// A bench whose computations wait for the store by the calling runtime.
+    pub fn new(store: Store, pool: ThreadPool, body: Box<Body>) -> Bench {
+        let spectra = CachedSpectra::new(store.clone());
+        Bench { store, spectra, runtime: Handle::current(), stop: CancellationToken::new(), pool, body }
+    }
+}
+
+/// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
+/// bench stops.
+pub(super) async fn attempt(bench: &Arc<Bench>, lease: Lease) {
+    let progress = Arc::new(Progress::default());
+    let mut ended = start(bench, lease.job.clone(), progress.clone());
+    let mut timer = interval_at(Instant::now() + BEAT, BEAT);
+    timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut held = true;
+    loop {
+        tokio::select! {
+            biased;
+            outcome = &mut ended => {
+                let outcome = outcome.unwrap_or_else(|_| Err(Failure::internal("the thread is gone", true)));
+                if held {
+                    log(report(&bench.store, &lease, outcome).await);
+                }
+                return;
+            }
+            () = bench.stop.cancelled() => {
+                progress.stop();
+                if held {
+                    log(bench.store.release(&lease).await.map(drop));
+                }
+                return;
+            }
+            _ = timer.tick(), if held => {
+                let (stage, fraction) = progress.at();
+                match bench.store.beat(&lease, stage, fraction).await {
+                    Ok(Beat::Held) => {}
+                    Ok(Beat::Cancelled | Beat::Lost) => {
+                        progress.stop();
+                        held = false;
+                    }
+                    Err(error) => log(Err(error)),
+                }
+            }
+        }
+    }
+}
+
+/// Starts the computation on the pool; the receiver gets its outcome, a panic included.
+fn start(bench: &Arc<Bench>, job: Job, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
+    let (sender, receiver) = oneshot::channel();
+    let bench_there = bench.clone();
+    bench.pool.spawn(move || {
+        let run = AssertUnwindSafe(|| (bench_there.body)(&bench_there, &job, &progress));
+        let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
+        // Nobody listens any more when the bench has stopped.
+        let _ = sender.send(outcome);
+    });
+    receiver
+}
+
+async fn report(store: &Store, lease: &Lease, outcome: Outcome) -> Result<(), StoreError> {
+    let failure = match outcome {
+        Ok(result) => match store.succeed(lease, result).await {
+            Ok(_) => return Ok(()),
+            Err(error) => Failure::from(error),
+        },
+        Err(failure) => failure,
+    };
+    match failure {
+        Failure::Stopped => store.release(lease).await?,
+        Failure::Problem { problem, retry } => store.fail(lease, &problem, retry).await?,
+    };
+    Ok(())
+}
+
+/// What is not reported now is found out when the lease runs out.
+fn log(reported: Result<(), StoreError>) {
+    if let Err(error) = reported {
+        tracing::error!(%error, "a job cannot be reported on");
+    }
+}
+
+fn message(panic: Box<dyn Any + Send>) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    format!("panic: {}", text.unwrap_or("no message"))
+}

@@ -1,0 +1,53 @@
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use crate::numerics::{Cancelled, Watch};
+use crate::pipeline::{Stage, Watcher};
+
+/// What a computation and the task that reports on it tell each other: how far it is, and whether it is to stop.
+#[derive(Default)]
+pub(super) struct Progress {
+    stopped: AtomicBool,
+    at: Mutex<(&'static str, f64)>,
+}
+
+impl Progress {
+    /// The stage under way, and the fraction of the whole job that is done.
+    pub fn at(&self) -> (&'static str, f64) {
+        *self.at.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Has the computation end at its next question.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+
+    fn reach(&self, stage: &'static str, fraction: f64) -> Result<(), Cancelled> {
+        *self.at.lock().unwrap_or_else(PoisonError::into_inner) = (stage, fraction);
+        if self.stopped.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+    }
+}
+
+/// A match goes through stages.
+impl Watcher for Progress {
+    fn proceed(&self, stage: Stage, fraction: f64) -> Result<(), Cancelled> {
+        self.reach(name(stage), fraction)
+    }
+}
+
+/// A spectrum is one stage.
+impl Watch for Progress {
+    fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
+        self.reach(name(Stage::Spectrum), fraction)
+    }
+}
+
+fn name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Spectrum => "spectrum",
+        Stage::Descriptors => "descriptors",
+        Stage::Regions => "regions",
+        Stage::Map => "map",
+        Stage::Points => "points",
+    }
+}

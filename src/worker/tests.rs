@@ -1,0 +1,173 @@
+use std::sync::Mutex;
+use std::sync::mpsc;
+
+use bytes::Bytes;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tokio::task::JoinHandle;
+
+use super::failure::Failure;
+use super::*;
+use crate::numerics::Watch;
+use crate::store::State;
+use crate::store::testing::fresh;
+
+/// A worker in the background, on a store of its own.
+struct Running {
+    _directory: TempDir,
+    store: Store,
+    shutdown: CancellationToken,
+    worker: JoinHandle<()>,
+}
+
+impl Running {
+    async fn with(config: Config, body: impl Fn(&Job, &Progress) -> Outcome + Send + Sync + 'static) -> Running {
+        let (directory, store) = fresh().await;
+        let shutdown = CancellationToken::new();
+        let pool = pool::of(config.workers).unwrap();
+        let bench = Arc::new(Bench::new(store.clone(), pool, Box::new(move |_, job, progress| body(job, progress))));
+        let token = shutdown.clone();
+        let worker = tokio::spawn(async move { work(&bench, &config, &token).await });
+        Running { _directory: directory, store, shutdown, worker }
+    }
+
+    async fn submit(&self, payload: Value) -> String {
+        self.store.submit(JobKind::Match, &payload, None).await.unwrap().id
+    }
+
+    /// The job as soon as it is in this state.
+    async fn reaches(&self, id: &str, state: State) -> Job {
+        let mut changes = self.store.changes();
+        loop {
+            changes.mark_unchanged();
+            let job = self.store.job(id).await.unwrap().unwrap();
+            if job.state == state {
+                return job;
+            }
+            assert!(!job.state.finished(), "{job:?}");
+            changes.changed().await.unwrap();
+        }
+    }
+
+    async fn stop(self) -> (TempDir, Store) {
+        self.shutdown.cancel();
+        self.worker.await.unwrap();
+        (self._directory, self.store)
+    }
+}
+
+fn one_thread() -> Config {
+    Config { workers: 1, ..Config::default() }
+}
+
+/// Answers, panics, fails or goes on until it is stopped, as the payload says.
+fn as_told(job: &Job, progress: &Progress) -> Outcome {
+    match job.payload.as_str() {
+        Some("panic") => panic!("as told"),
+        Some("fail") => Err(Failure::refused("as told", &[])),
+        Some("try again") => Err(Failure::internal("as told", true)),
+        Some("go on") => loop {
+            if Watch::proceed(progress, 0.5).is_err() {
+                return Err(Failure::Stopped);
+            }
+            thread::yield_now();
+        },
+        _ => Ok(Bytes::from(job.payload.to_string())),
+    }
+}
+
+#[tokio::test]
+async fn jobs_are_carried_out() {
+    let running = Running::with(Config { workers: 3, ..Config::default() }, as_told).await;
+    let mut ids = Vec::new();
+    for number in 0..10 {
+        ids.push(running.submit(json!(number)).await);
+    }
+    for (number, id) in ids.iter().enumerate() {
+        running.reaches(id, State::Succeeded).await;
+        assert_eq!(running.store.result(id).await.unwrap(), Some(Bytes::from(number.to_string())));
+    }
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_panic_fails_the_job_and_spares_the_thread() {
+    let running = Running::with(one_thread(), as_told).await;
+    let (bad, good) = (running.submit(json!("panic")).await, running.submit(json!(1)).await);
+    let failed = running.reaches(&bad, State::Failed).await;
+    assert_eq!((failed.attempt, failed.error.unwrap()["status"].clone()), (1, json!(500)));
+    running.reaches(&good, State::Succeeded).await;
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_refusal_is_final_and_a_mishap_is_tried_again() {
+    let running = Running::with(one_thread(), as_told).await;
+    let (refused, mishap) = (running.submit(json!("fail")).await, running.submit(json!("try again")).await);
+    let refused = running.reaches(&refused, State::Failed).await;
+    assert_eq!(refused.attempt, 1);
+    let problem = json!({
+        "type": "about:blank", "title": "Unprocessable Entity", "status": 422, "detail": "as told",
+    });
+    assert_eq!(refused.error, Some(problem));
+    assert_eq!(running.reaches(&mishap, State::Failed).await.attempt, crate::store::MAX_TRIES);
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn cancelling_stops_the_computation_and_frees_its_thread() {
+    let running = Running::with(one_thread(), as_told).await;
+    let (endless, next) = (running.submit(json!("go on")).await, running.submit(json!(1)).await);
+    running.reaches(&endless, State::Running).await;
+    assert_eq!(running.store.queued().await.unwrap(), 1, "only as many jobs are claimed as there are threads");
+    running.store.cancel(&endless).await.unwrap();
+    running.reaches(&next, State::Succeeded).await;
+    let (_directory, store) = running.stop().await;
+    assert_eq!(store.job(&endless).await.unwrap().unwrap().state, State::Cancelled);
+}
+
+#[tokio::test]
+async fn progress_is_reported_while_it_computes() {
+    let running = Running::with(one_thread(), as_told).await;
+    let id = running.submit(json!("go on")).await;
+    let mut changes = running.store.changes();
+    let job = loop {
+        let job = running.store.job(&id).await.unwrap().unwrap();
+        if job.stage.is_some() {
+            break job;
+        }
+        changes.changed().await.unwrap();
+    };
+    assert_eq!((job.stage.as_deref(), job.fraction), (Some("spectrum"), 0.5));
+    running.store.cancel(&id).await.unwrap();
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_stop_lets_running_jobs_finish() {
+    let (sender, receiver) = mpsc::channel::<()>();
+    let receiver = Mutex::new(receiver);
+    let running = Running::with(one_thread(), move |_, _| {
+        receiver.lock().unwrap().recv().unwrap();
+        Ok(Bytes::from_static(b"in time"))
+    })
+    .await;
+    let (first, second) = (running.submit(json!(1)).await, running.submit(json!(2)).await);
+    running.reaches(&first, State::Running).await;
+    running.shutdown.cancel();
+    sender.send(()).unwrap();
+    let (_directory, store) = running.stop().await;
+    assert_eq!(store.result(&first).await.unwrap(), Some(Bytes::from_static(b"in time")));
+    assert_eq!(store.job(&second).await.unwrap().unwrap().state, State::Queued);
+}
+
+#[tokio::test]
+async fn after_the_grace_running_jobs_are_given_back() {
+    let running = Running::with(Config { workers: 1, grace: Duration::ZERO }, as_told).await;
+    let id = running.submit(json!("go on")).await;
+    running.reaches(&id, State::Running).await;
+    let (_directory, store) = running.stop().await;
+    let job = store.job(&id).await.unwrap().unwrap();
+    assert_eq!((job.state, job.started_ms, job.stage), (State::Queued, None, None));
+    assert_eq!(store.claim().await.unwrap().unwrap().job.attempt, 2);
+}
