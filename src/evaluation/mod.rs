@@ -41,6 +41,9 @@ pub struct Errors {
 
 /// The errors of answers, p vertices of the mesh in the order of the truth's points. A point that cannot be reached
 /// from its truth has an infinite error.
+///
+/// # Panics
+/// Where the truth names a vertex the mesh does not have, or there are more answers than points.
 pub fn errors(mesh: &TriangleMesh, truth: &Truth, answers: &[u32]) -> Errors {
     let Variants { front, front_mirrored, back, back_mirrored } = &truth.variants;
     let scale = if truth.side { (mesh.area() / 2.0).sqrt() } else { mesh.area().sqrt() };
@@ -71,7 +74,7 @@ fn distances_from_answers(marching: &Marching, answers: &[u32], variants: [&Vec<
 }
 
 /// For every point of a truth, the answer of the correspondence that is nearest in the plane; ties go to the first.
-/// `at` and `to` are the places and the vertices of the correspondences.
+/// `at` and `to` are the places and the vertices of the correspondences; without any there is no answer.
 pub fn answers(truth: &Truth, at: &[[f64; 2]], to: &[u32]) -> Vec<u32> {
     let squared = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
     let nearest = |&point: &[f64; 2]| {

@@ -11,6 +11,7 @@ const REACH: f64 = 40.0;
 /// A ball swept along a chain of segments while its radius changes, then stretched along the axes.
 #[derive(Clone, Debug)]
 pub(super) struct Limb {
+    /// Before they are stretched.
     joints: Vec<Joint>,
     stretch: [f64; 3],
 }
@@ -29,9 +30,10 @@ impl Limb {
         Self::new(&[(centre, 1.0), (centre, 1.0)]).stretched(axes)
     }
 
-    /// The same joints with the cross-section multiplied along every axis.
+    /// The same joints with the cross-section of a round limb multiplied along every axis.
     pub(super) fn stretched(self, stretch: [f64; 3]) -> Self {
-        Self { stretch, ..self }
+        let joints = self.joints.iter().map(|&(centre, radius)| (divided(centre, stretch), radius)).collect();
+        Self { joints, stretch }
     }
 
     fn mirrored(&self) -> Self {
@@ -40,18 +42,15 @@ impl Limb {
 
     /// The signed distance to the limb, negative inside; a lower bound of its magnitude where the limb is stretched.
     fn distance(&self, p: [f64; 3]) -> f64 {
-        let unstretched = |q: [f64; 3]| std::array::from_fn(|i| q[i] / self.stretch[i]);
-        let segments = self.joints.windows(2).map(|ends| {
-            let [(a, from), (b, to)] = [ends[0], ends[1]];
-            segment(unstretched(p), [unstretched(a), unstretched(b)], [from, to])
-        });
+        let p = divided(p, self.stretch);
+        let segments = self.joints.windows(2).map(|ends| segment(p, [ends[0], ends[1]]));
         let narrowest = self.stretch.into_iter().fold(f64::INFINITY, f64::min);
         narrowest * segments.fold(f64::INFINITY, f64::min)
     }
 }
 
 /// The signed distance to a ball swept from a to b while its radius changes.
-fn segment(p: [f64; 3], [a, b]: [[f64; 3]; 2], [from, to]: [f64; 2]) -> f64 {
+fn segment(p: [f64; 3], [(a, from), (b, to)]: [Joint; 2]) -> f64 {
     let (axis, reach) = (subtract(b, a), subtract(p, a));
     let squared = dot(axis, axis);
     let t = if squared > 0.0 { (dot(reach, axis) / squared).clamp(0.0, 1.0) } else { 0.0 };
@@ -117,9 +116,9 @@ impl Body {
         for limb in &self.limbs {
             for (centre, radius) in &limb.joints {
                 for i in 0..3 {
-                    let margin = radius * limb.stretch[i] + 2.0 * self.blend;
-                    bounds[0][i] = bounds[0][i].min(centre[i] - margin);
-                    bounds[1][i] = bounds[1][i].max(centre[i] + margin);
+                    let reach = |signed: f64| (centre[i] + signed) * limb.stretch[i];
+                    bounds[0][i] = bounds[0][i].min(reach(-radius) - 2.0 * self.blend);
+                    bounds[1][i] = bounds[1][i].max(reach(*radius) + 2.0 * self.blend);
                 }
             }
         }
@@ -146,6 +145,10 @@ impl Stride {
     }
 }
 
+fn divided(p: [f64; 3], by: [f64; 3]) -> [f64; 3] {
+    [p[0] / by[0], p[1] / by[1], p[2] / by[2]]
+}
+
 fn reflected([x, y, z]: [f64; 3]) -> [f64; 3] {
     [-x, y, z]
 }
@@ -170,8 +173,8 @@ mod tests {
     fn an_ellipsoid_ends_at_its_half_axes() {
         let axes = [0.1, 0.2, 0.3];
         let ellipsoid = body(vec![Limb::ellipsoid([0.0; 3], axes)]);
-        for i in 0..3 {
-            let tip = std::array::from_fn(|j| if i == j { axes[i] } else { 0.0 });
+        for (i, axis) in axes.into_iter().enumerate() {
+            let tip = std::array::from_fn(|j| if i == j { axis } else { 0.0 });
             assert!(ellipsoid.field(tip).abs() < 1e-12);
         }
     }

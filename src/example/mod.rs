@@ -63,8 +63,8 @@ impl Creature {
         }
     }
 
-    /// Its surface: closed, connected, of genus 0, wound outwards, within a few hundredths of `vertices` vertices, which are
-    /// taken into [`SIZES`].
+    /// Its surface: closed, connected, of genus 0, wound outwards. Its number of vertices is within a tenth of
+    /// `vertices`, which is taken into [`SIZES`].
     ///
     /// # Errors
     /// [`Unmade::Mesh`] where the surface is not a valid mesh.
@@ -94,8 +94,8 @@ impl Creature {
     }
 }
 
-/// Names and contents of the example's files, `CREATURE/mesh.obj`, `sketch.json`, `sketch.svg`, `sketch.png` and
-/// `truth.json` for either creature, its mesh of about `vertices` vertices.
+/// Names and contents of the example's files: for either creature, its mesh of about `vertices` vertices and the sketch
+/// of it as `NAME/mesh.obj`, `NAME/sketch.json`, `NAME/sketch.svg`, `NAME/sketch.png` and `NAME/truth.json`.
 ///
 /// # Errors
 /// [`Unmade`], for the first thing that could not be made.

@@ -44,14 +44,18 @@ pub fn descriptions() -> Vec<Description> {
         description(
             "l2",
             "Weighted squared entries",
-            Formula { text: "‖C A − B‖²_F + γ ‖W ⊙ C‖²_F", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_F^2" },
+            Formula {
+                text: "‖C A − B‖²_F + γ ‖W ⊙ C‖²_F", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_F^2"
+            },
             "3.6",
             "exact row by row, or conjugate gradients (Hestenes and Stiefel) with backtracking",
         ),
         description(
             "l1",
             "Weighted absolute entries",
-            Formula { text: "‖C A − B‖²_F + γ ‖W ⊙ C‖₁", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_1" },
+            Formula {
+                text: "‖C A − B‖²_F + γ ‖W ⊙ C‖₁", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_1"
+            },
             "3.22",
             "fast proximal gradient: soft thresholding of entries",
         ),

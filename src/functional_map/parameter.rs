@@ -33,7 +33,8 @@ impl Parameter {
     /// What is wrong with `value`, if anything; words are not judged here, they are parsed.
     pub fn fault(&self, value: f64) -> Option<String> {
         match self.domain {
-            Domain::Number { minimum, exclusive_minimum: true, maximum, .. } => (!(value > minimum && value <= maximum))
+            Domain::Number { minimum, exclusive_minimum: true, maximum, .. } => (!(value > minimum
+                && value <= maximum))
                 .then(|| format!("{value} is not above {minimum} and at most {maximum}")),
             Domain::Number { minimum, maximum, .. } => outside(value, minimum, maximum),
             Domain::Integer { minimum, maximum, .. } => outside(value, minimum as f64, maximum as f64),

@@ -164,7 +164,8 @@ mod tests {
     fn the_gradient_is_the_slope_of_the_value() {
         let (_, _, c, problem) = example();
         let (direction, step) = (random::normal(6, 4, 4), 1e-5);
-        let difference = problem.value((&c + step * &direction).as_ref()) - problem.value((&c - step * &direction).as_ref());
+        let difference =
+            problem.value((&c + step * &direction).as_ref()) - problem.value((&c - step * &direction).as_ref());
         let slope = inner_product(problem.gradient(c.as_ref()).as_ref(), direction.as_ref());
         assert!((difference / (2.0 * step) - slope).abs() < 1e-5 * slope.abs());
     }
@@ -184,7 +185,8 @@ mod tests {
         for start in [0, 10, 20] {
             blockwise.constrain(a.subcols(start, 10), b.subcols(start, 10)).unwrap();
         }
-        let grams = Problem::from_grams(problem.gram().to_owned(), problem.cross().to_owned(), problem.constant()).unwrap();
+        let grams =
+            Problem::from_grams(problem.gram().to_owned(), problem.cross().to_owned(), problem.constant()).unwrap();
         let value = problem.value(c.as_ref());
         assert!((blockwise.value(c.as_ref()) - value).abs() < 1e-12 * value);
         assert_eq!(grams.value(c.as_ref()), value);

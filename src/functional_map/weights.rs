@@ -50,12 +50,7 @@ const FADING: f64 = 0.03;
 ///
 /// `c0` = C⁰ is l × k; `sketch_eigenvalues` (k) and `mesh_eigenvalues` (l) are ascending and in one unit, that is after
 /// the spectral scale. C⁰ alone decides `cosamp`, the spectra alone `slant` and `resolvent`.
-pub fn weights(
-    kind: &Weights,
-    c0: MatRef<'_, f64>,
-    sketch_eigenvalues: &[f64],
-    mesh_eigenvalues: &[f64],
-) -> Mat<f64> {
+pub fn weights(kind: &Weights, c0: MatRef<'_, f64>, sketch_eigenvalues: &[f64], mesh_eigenvalues: &[f64]) -> Mat<f64> {
     match *kind {
         Weights::Cosamp { sparsity, power } => from_largest_entries(c0, sparsity, power),
         Weights::Slant {} => slant(sketch_eigenvalues, mesh_eigenvalues),
@@ -133,4 +128,102 @@ fn sparsity() -> f64 {
 
 fn power() -> f64 {
     1.2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::random;
+
+    /// Eigenvalues after Weyl's law for a shape of this area.
+    fn weyl(count: usize, area: f64) -> Vec<f64> {
+        (0..count).map(|j| 4.0 * std::f64::consts::PI * j as f64 / area).collect()
+    }
+
+    #[test]
+    fn cosamp_is_the_power_of_the_distance_from_a_least_squares_line() {
+        // Rows 2 + 1.4 · column rounded, in noise; the line is fitted naively through the 16 largest entries.
+        let (l, k) = (30, 20);
+        let mut c0 = 0.05 * random::normal(l, k, 1);
+        (0..k).for_each(|j| c0[((2.0 + 1.4 * j as f64).round() as usize, j)] = 1.0 + 0.01 * j as f64);
+        let mut order: Vec<_> = (0..l).flat_map(|i| (0..k).map(move |j| (i, j))).collect();
+        order.sort_by(|&a, &b| c0[b].abs().total_cmp(&c0[a].abs()));
+        order.truncate(16);
+        let sums = order.iter().fold([0.0; 4], |[x, y, xx, xy], &(i, j)| {
+            let (i, j) = (i as f64, j as f64);
+            [x + j, y + i, xx + j * j, xy + i * j]
+        });
+        let slope = (16.0 * sums[3] - sums[0] * sums[1]) / (16.0 * sums[2] - sums[0] * sums[0]);
+        let offset = (sums[1] - slope * sums[0]) / 16.0;
+        let w = weights(&Weights::Cosamp { sparsity: 0.8, power: 1.2 }, c0.as_ref(), &[], &[]);
+        for i in 0..l {
+            for j in 0..k {
+                let distance = (i as f64 - offset - slope * j as f64).abs() / (1.0 + slope * slope).sqrt();
+                assert!((w[(i, j)] - distance.powf(1.2)).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn cosamp_takes_any_c0() {
+        let kind = Weights::Cosamp { sparsity: 10.0, power: 1.2 };
+        for c0 in [Mat::zeros(4, 6), Mat::ones(1, 1), Mat::ones(3, 2)] {
+            let w = weights(&kind, c0.as_ref(), &[], &[]);
+            assert_eq!(w.shape(), c0.shape());
+            assert!(w.is_all_finite());
+        }
+    }
+
+    #[test]
+    fn the_slant_of_a_part_is_the_ratio_of_the_areas() {
+        let (mesh, sketch) = (weyl(20, 2.0), weyl(20, 1.0));
+        let w = weights(&Weights::Slant {}, Mat::zeros(20, 20).as_ref(), &sketch, &mesh);
+        // r = 10 of the sketch's eigenvalues are at most the mesh's largest: two rows per column.
+        assert!((0..10).all(|j| w[(2 * j, j)].abs() < 1e-12));
+        assert!(w[(0, 9)] > 1.0);
+    }
+
+    #[test]
+    fn equal_spectra_have_no_weight_on_the_diagonal() {
+        let spectrum = weyl(12, 1.0);
+        for kind in [Weights::Slant {}, Weights::Resolvent {}] {
+            let w = weights(&kind, Mat::zeros(12, 12).as_ref(), &spectrum, &spectrum);
+            for i in 0..12 {
+                for j in 0..12 {
+                    assert_eq!(w[(i, j)] == 0.0, i == j);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_resolvent_weights_are_the_commutator_with_the_resolvents() {
+        let (mesh, sketch, c) = (weyl(7, 1.7), weyl(5, 1.0), random::normal(7, 5, 2));
+        let w = weights(&Weights::Resolvent {}, c.as_ref(), &sketch, &mesh);
+        assert_eq!((w.shape(), w.norm_max()), ((7, 5), 1.0));
+        // Naively: 1 / (√λ − i) in complex numbers.
+        let largest = sketch[4].max(mesh[6]);
+        let entry = |i: usize, j: usize| {
+            let (u, v) = ((mesh[i] / largest).sqrt(), (sketch[j] / largest).sqrt());
+            // 1/(u − i) − 1/(v − i) = (v − u) / ((u − i)(v − i))
+            (v - u).abs() / ((u * u + 1.0).sqrt() * (v * v + 1.0).sqrt())
+        };
+        let maximum = (0..7).flat_map(|i| (0..5).map(move |j| entry(i, j))).fold(0.0, f64::max);
+        for i in 0..7 {
+            for j in 0..5 {
+                assert!((w[(i, j)] - entry(i, j) / maximum).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_named() {
+        let fields = |kind: &Weights| faults(kind).into_iter().map(|(field, _)| field).collect::<Vec<_>>();
+        assert_eq!(fields(&Weights::Cosamp { sparsity: 0.0, power: -1.0 }), ["sparsity", "power"]);
+        assert_eq!(fields(&Weights::Cosamp { sparsity: f64::NAN, power: 1.2 }), ["sparsity"]);
+        assert!(fields(&Weights::Cosamp { sparsity: 10.0, power: 0.0 }).is_empty());
+        let defaults: Weights = serde_json::from_str(r#"{"method": "cosamp"}"#).unwrap();
+        assert_eq!(defaults, Weights::Cosamp { sparsity: 0.8, power: 1.2 });
+        assert_eq!((SPARSITY.schema()["default"].as_f64(), POWER.schema()["default"].as_f64()), (Some(0.8), Some(1.2)));
+    }
 }

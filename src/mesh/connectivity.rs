@@ -48,7 +48,8 @@ pub fn boundary_loops(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
     }
     let mut loops = Vec::new();
     for start in 0..successors.len() {
-        let curve: Vec<u32> = std::iter::successors(successors[start].take(), |&v| successors[v as usize].take()).collect();
+        let curve: Vec<u32> =
+            std::iter::successors(successors[start].take(), |&v| successors[v as usize].take()).collect();
         if let Some((&last, rest)) = curve.split_last() {
             loops.push(std::iter::once(last).chain(rest.iter().copied()).collect());
         }
@@ -128,4 +129,60 @@ pub(super) fn components(mesh: &TriangleMesh) -> Components {
         list[c as usize].area += triangle_area(triangle.map(|v| mesh.positions[v as usize]));
     }
     Components { of_triangle, list }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A strip of three unit squares along x with a small triangle apart and a vertex of no triangle at the front.
+    fn strip() -> TriangleMesh {
+        let mut positions = vec![[50.0; 3]];
+        positions.extend((0..4).flat_map(|x| [[f64::from(x), 0.0, 0.0], [f64::from(x), 1.0, 0.0]]));
+        positions.extend([[9.0, 0.0, 0.0], [9.1, 0.0, 0.0], [9.0, 0.1, 0.0]]);
+        let squares = [1, 3, 5].into_iter().flat_map(|a| [[a, a + 2, a + 3], [a, a + 3, a + 1]]);
+        TriangleMesh::new(positions, [[9, 10, 11]].into_iter().chain(squares).collect()).unwrap()
+    }
+
+    fn tetrahedron() -> TriangleMesh {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        TriangleMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap()
+    }
+
+    #[test]
+    fn sums_up() {
+        let summary = summary(&strip());
+        assert_eq!((summary.vertices, summary.triangles), (12, 7));
+        assert_eq!((summary.components, summary.boundary_edges, summary.closed), (2, 11, false));
+        assert!((summary.area - 3.005).abs() < 1e-12);
+        assert!(super::summary(&tetrahedron()).closed);
+    }
+
+    #[test]
+    fn follows_the_boundary() {
+        let mesh = strip();
+        assert_eq!(boundary_loops(&mesh), [vec![1, 3, 5, 7, 8, 6, 4, 2], vec![9, 10, 11]]);
+        let on_boundary = boundary_vertices(&mesh);
+        assert!(!on_boundary[0] && on_boundary[1..].iter().all(|&on| on));
+        assert!(boundary_loops(&tetrahedron()).is_empty());
+    }
+
+    #[test]
+    fn takes_the_largest_component_compactly() {
+        let component = largest_component(&strip());
+        assert_eq!(component.vertices, [1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(component.mesh.positions()[2], [1.0, 0.0, 0.0]);
+        assert_eq!(component.mesh.triangles()[0], [0, 2, 3]);
+        let (positions, triangles) = (component.mesh.positions.clone(), component.mesh.triangles.clone());
+        assert_eq!(TriangleMesh::new(positions, triangles).as_ref(), Ok(&component.mesh));
+        assert_eq!(largest_component(&component.mesh).mesh, component.mesh);
+    }
+
+    #[test]
+    fn takes_the_first_of_equal_components() {
+        let positions =
+            [0.0, 5.0].into_iter().flat_map(|x| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]]).collect();
+        let mesh = TriangleMesh::new(positions, vec![[3, 4, 5], [0, 1, 2]]).unwrap();
+        assert_eq!(largest_component(&mesh).vertices, [0, 1, 2]);
+    }
 }

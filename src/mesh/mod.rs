@@ -9,6 +9,7 @@ mod polygon;
 pub mod refusal;
 mod soundness;
 pub mod validation;
+mod warnings;
 mod winding;
 
 use edges::Edges;
@@ -107,4 +108,83 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 pub(crate) fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        (positions, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    }
+
+    fn refusal(change: impl Fn(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>)) -> String {
+        let (mut positions, mut triangles) = tetrahedron();
+        change(&mut positions, &mut triangles);
+        TriangleMesh::new(positions, triangles).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn accepts_closed_open_and_unreferenced() {
+        let (mut positions, mut triangles) = tetrahedron();
+        triangles.pop();
+        positions.push([1e40, 0.0, 0.0]);
+        let mesh = TriangleMesh::new(positions, triangles).unwrap();
+        assert!((mesh.area() - 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn refuses_every_breach_by_name() {
+        assert!(refusal(|_, triangles| triangles.clear()).contains("no triangles"));
+        assert!(refusal(|positions, _| positions[3][1] = f64::NAN).contains("vertex 3: a coordinate is not a finite"));
+        assert!(refusal(|positions, _| positions[3][1] = 1e300).contains("vertex 3: a coordinate is larger"));
+        assert!(refusal(|_, triangles| triangles[1] = [0, 1, 4]).contains("face 1: vertex 4 is out of range"));
+        assert!(refusal(|_, triangles| triangles[1] = [0, 1, 1]).contains("face 1: vertex 1 is a corner of it twice"));
+        assert!(
+            refusal(|positions, _| positions[3] = [0.5, 0.0, 0.0]).contains("face 1: the triangle of vertices 0, 1, 3")
+        );
+        assert!(refusal(|_, triangles| triangles.push([2, 0, 3])).contains("face 4: it has the same vertices"));
+        assert!(refusal(|_, triangles| triangles[3] = [1, 3, 2]).contains("edge 1–3: the two triangles"));
+        let third = |positions: &mut Vec<_>, triangles: &mut Vec<_>| {
+            positions.push([1.0, 1.0, 1.0]);
+            triangles.push([0, 1, 4]);
+        };
+        assert!(refusal(third).contains("edge 0–1: 3 triangles meet"));
+        let tip = |positions: &mut Vec<_>, triangles: &mut Vec<_>| {
+            positions.extend([[0.0, 0.0, 2.0], [0.0, 1.0, 2.0]]);
+            triangles.push([3, 4, 5]);
+        };
+        assert!(refusal(tip).contains("vertex 3: 2 separate fans"));
+    }
+
+    #[test]
+    fn tells_all_breaches_at_once() {
+        let (mut positions, triangles) = tetrahedron();
+        positions[0][0] = f64::INFINITY;
+        positions[2][2] = f64::NAN;
+        let Err(Refusal::Invalid(faults)) = TriangleMesh::new(positions, triangles) else { panic!("accepted") };
+        assert_eq!(faults.listed.iter().map(|f| f.place.clone()).collect::<Vec<_>>(), [0, 2].map(Place::vertex));
+    }
+
+    #[test]
+    fn measures_across_the_whole_range_of_sizes() {
+        for scale in [1e-49, 1e-20, 1.0, 1e20, 1e49] {
+            let (positions, triangles) = tetrahedron();
+            let mesh = TriangleMesh::new(positions.iter().map(|p| p.map(|x| x * scale)).collect(), triangles).unwrap();
+            let expected = (1.5 + 0.75f64.sqrt()) * scale * scale;
+            assert!((mesh.area() / expected - 1.0).abs() < 1e-12);
+        }
+        assert!(refusal(|positions, _| positions.iter_mut().flatten().for_each(|x| *x *= 1e-200)).contains("across"));
+    }
+
+    #[test]
+    fn hashes_the_canonical_bytes() {
+        let (positions, triangles) = tetrahedron();
+        let mut bytes: Vec<u8> = [4u64, 4].iter().flat_map(|n| n.to_le_bytes()).collect();
+        bytes.extend(positions.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        bytes.extend(triangles.iter().flatten().flat_map(|v| v.to_le_bytes()));
+        let mesh = TriangleMesh::new(positions, triangles).unwrap();
+        assert_eq!(mesh.content_hash(), blake3::hash(&bytes));
+    }
 }

@@ -134,3 +134,126 @@ fn crosses_itself(points: &[Point]) -> bool {
     };
     (0..n).any(|i| (i + 2..n).any(|j| cross(edge(i), edge(j))))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::triangle_area;
+
+    /// A flat polygon, lifted into a tilted plane far from the origin.
+    fn lifted(outline: &[Point]) -> Vec<[f64; 3]> {
+        outline.iter().map(|&[x, y]| [100.0 + 3.0 * x, 7.0 + 3.0 * y, -20.0 + x - 2.0 * y]).collect()
+    }
+
+    fn cut(outline: &[Point]) -> Option<Vec<[u32; 3]>> {
+        triangles(&(0..outline.len() as u32).collect::<Vec<_>>(), &lifted(outline))
+    }
+
+    fn shoelace(outline: &[Point]) -> f64 {
+        (0..outline.len()).map(|i| turn([0.0; 2], outline[i], outline[(i + 1) % outline.len()])).sum::<f64>() / 2.0
+    }
+
+    /// That the triangles all wind as the outline does and together have its area: they cover it and nothing else.
+    fn assert_covers(outline: &[Point]) {
+        let triangles = cut(outline).unwrap();
+        assert_eq!(triangles.len(), outline.len() - 2);
+        let areas = triangles.iter().map(|t| shoelace(&t.map(|v| outline[v as usize])));
+        assert!(areas.clone().all(|area| area.signum() == shoelace(outline).signum()), "{triangles:?}");
+        assert!((areas.sum::<f64>() - shoelace(outline)).abs() < 1e-9);
+    }
+
+    /// A comb of four teeth: concave, with collinear corners.
+    const COMB: [Point; 17] = [
+        [0., 0.],
+        [1., 0.],
+        [2., 0.],
+        [7., 0.],
+        [7., 5.],
+        [6., 5.],
+        [6., 1.],
+        [5., 1.],
+        [5., 5.],
+        [4., 5.],
+        [4., 1.],
+        [3., 1.],
+        [3., 5.],
+        [2., 5.],
+        [2., 1.],
+        [1., 1.],
+        [0., 5.],
+    ];
+
+    #[test]
+    fn covers_concave_polygons() {
+        let arrow = [[0., 0.], [4., 4.], [0., 1.], [-4., 4.]];
+        let midpoints = [[0., 0.], [1., 0.], [2., 0.], [1., 1.], [0., 2.], [0., 1.]];
+        for outline in [arrow.as_slice(), &midpoints, &COMB] {
+            assert_covers(outline);
+            assert_covers(&outline.iter().rev().copied().collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn covers_a_star_of_the_most_corners() {
+        let n = 1024;
+        let star: Vec<Point> = (0..n)
+            .map(|i| {
+                let (angle, radius) = (i as f64 / n as f64 * std::f64::consts::TAU, 1.0 + f64::from(i % 2));
+                [radius * angle.cos(), radius * angle.sin()]
+            })
+            .collect();
+        assert_covers(&star);
+    }
+
+    #[test]
+    fn cuts_a_quad_along_the_shorter_diagonal_inside() {
+        let kite = [[0., 0.], [3., -1.], [10., 0.], [3., 1.]];
+        assert!(cut(&kite).unwrap().iter().all(|t| t.contains(&1) && t.contains(&3)));
+        // Here the shorter diagonal is outside.
+        let dart = [[0., 0.], [5., 1.], [10., 0.], [5., 2.]];
+        let dart_cut = cut(&dart).unwrap();
+        assert!(dart_cut.iter().all(|t| t.contains(&1) && t.contains(&3)), "{dart_cut:?}");
+        assert_covers(&dart);
+    }
+
+    #[test]
+    fn does_not_depend_on_start_and_direction() {
+        let positions = lifted(&COMB);
+        let sorted = |polygon: &[u32]| {
+            let mut triangles = triangles(polygon, &positions).unwrap();
+            triangles.iter_mut().for_each(|t| t.sort_unstable());
+            triangles.sort_unstable();
+            triangles
+        };
+        let mut polygon: Vec<u32> = (0..17).collect();
+        let expected = sorted(&polygon);
+        polygon.rotate_left(5);
+        assert_eq!(sorted(&polygon), expected);
+        polygon.reverse();
+        assert_eq!(sorted(&polygon), expected);
+    }
+
+    #[test]
+    fn cuts_a_square_to_its_area_in_space() {
+        let positions = lifted(&[[0., 0.], [1., 0.], [1., 1.], [0., 1.]]);
+        let whole = length(cross(subtract(positions[1], positions[0]), subtract(positions[3], positions[0])));
+        let parts: f64 = triangles(&[0, 1, 2, 3], &positions)
+            .unwrap()
+            .iter()
+            .map(|t| triangle_area(t.map(|v| positions[v as usize])))
+            .sum();
+        assert!((whole - parts).abs() < 1e-12);
+    }
+
+    #[test]
+    fn gives_none_for_what_is_no_polygon() {
+        let bow_tie = [[0., 0.], [1., 1.], [1., 0.], [0., 1.]];
+        let line = [[0., 0.], [1., 0.], [2., 0.], [3., 0.], [4., 0.]];
+        let point = [[1., 1.]; 5];
+        let pentagram: Vec<Point> =
+            (0..5).map(|i| f64::from(i) * 2.0 * std::f64::consts::TAU / 5.0).map(|a| [a.cos(), a.sin()]).collect();
+        for outline in [bow_tie.as_slice(), &line, &point, &pentagram] {
+            assert_eq!(cut(outline), None);
+        }
+    }
+}

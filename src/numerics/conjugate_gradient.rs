@@ -27,7 +27,8 @@ pub struct Smooth<O, G> {
 /// replaced by the negative gradient. The first step tried is the secant's \[She94, §14.2\], exact on a quadratic. Where
 /// rounding hides any descent the iterate stays, so the history never rises.
 ///
-/// Converged means ‖∇f(X)‖_F / L ≤ tolerance · max(1, ‖X‖_F) at the X returned.
+/// Converged means ‖∇f(X)‖_F / L ≤ tolerance · max(1, ‖X‖_F) at the X returned. Descent is judged by values, so a
+/// tolerance below about √ε = 1e-8 may not be reached.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher.
@@ -80,13 +81,7 @@ fn hestenes_stiefel(g_next: &Mat<f64>, g: &Mat<f64>, d: &Mat<f64>) -> f64 {
 }
 
 /// The point and value of a sufficient decrease from `x` along `d`; none if no step tried brings one.
-fn line_search<O, G>(
-    f: &Smooth<O, G>,
-    x: &Mat<f64>,
-    value: f64,
-    g: &Mat<f64>,
-    d: &Mat<f64>,
-) -> Option<(Mat<f64>, f64)>
+fn line_search<O, G>(f: &Smooth<O, G>, x: &Mat<f64>, value: f64, g: &Mat<f64>, d: &Mat<f64>) -> Option<(Mat<f64>, f64)>
 where
     O: Fn(MatRef<'_, f64>) -> f64,
     G: Fn(MatRef<'_, f64>) -> Mat<f64>,
@@ -104,4 +99,64 @@ where
         alpha *= CONTRACTION;
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::{Unwatched, random};
+
+    /// The minimiser of ⟨X S, X⟩/2 − ⟨B, X⟩, S symmetric and positive definite.
+    fn quadratic(s: &Mat<f64>, b: &Mat<f64>, stopping: Stopping) -> (Mat<f64>, Report) {
+        let f = Smooth {
+            objective: |x: MatRef<'_, f64>| inner_product((0.5 * (x * s) - b).as_ref(), x),
+            gradient: |x: MatRef<'_, f64>| x * s - b,
+            step: 1.0 / s.singular_values().unwrap()[0],
+        };
+        minimise(&f, Mat::zeros(b.nrows(), b.ncols()), stopping, &Unwatched).unwrap()
+    }
+
+    #[test]
+    fn a_quadratic_takes_as_many_iterations_as_it_has_distinct_eigenvalues() {
+        let s = Mat::from_fn(6, 6, |i, j| if i == j { [1.0, 4.0, 9.0][i % 3] } else { 0.0 });
+        let b = random::normal(5, 6, 1);
+        let (x, report) = quadratic(&s, &b, Stopping { max_iterations: 100, tolerance: 1e-12 });
+        assert_eq!((report.iterations, report.stopped), (3, Stopped::Converged));
+        assert!((x * s - b).norm_max() < 1e-10);
+    }
+
+    #[test]
+    fn an_ill_conditioned_quadratic_converges_and_never_rises() {
+        let a = random::ill_conditioned(8, 40, 1e2, 2);
+        let (s, b) = (&a * a.transpose(), random::normal(3, 8, 3));
+        let (_, report) = quadratic(&s, &b, Stopping { max_iterations: 1000, tolerance: 1e-9 });
+        assert_eq!(report.stopped, Stopped::Converged);
+        assert!(report.history.is_sorted_by(|before, after| after <= before));
+    }
+
+    #[test]
+    fn without_a_tolerance_all_iterations_are_carried_out() {
+        let (s, b) = (Mat::identity(3, 3), random::normal(3, 3, 4));
+        let (x, report) = quadratic(&s, &b, Stopping { max_iterations: 20, tolerance: 0.0 });
+        assert_eq!((report.iterations, report.stopped), (20, Stopped::MaxIterations));
+        assert!((x - b).norm_max() < 1e-15);
+    }
+
+    #[test]
+    fn a_function_that_is_not_quadratic_is_minimised() {
+        // Σ √(1 + (x − m)²) has its minimum at m and curvature at most 1.
+        let m = 3.0 * random::normal(4, 4, 5);
+        let root = |x: f64| (1.0 + x * x).sqrt();
+        let f = Smooth {
+            objective: |x: MatRef<'_, f64>| (x - &m).col_iter().flat_map(|c| c.iter()).map(|&x| root(x)).sum(),
+            gradient: |x: MatRef<'_, f64>| {
+                Mat::from_fn(4, 4, |i, j| (x[(i, j)] - m[(i, j)]) / root(x[(i, j)] - m[(i, j)]))
+            },
+            step: 1.0,
+        };
+        let stopping = Stopping { max_iterations: 200, tolerance: 1e-8 };
+        let (x, report) = minimise(&f, Mat::zeros(4, 4), stopping, &Unwatched).unwrap();
+        assert_eq!(report.stopped, Stopped::Converged);
+        assert!((x - m).norm_max() < 1e-6);
+    }
 }

@@ -109,3 +109,56 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::random;
+    use faer::{Col, Mat};
+
+    fn sampled(phi: &Mat<f64>, y: &[f64], sparsity: usize) -> Vec<(usize, f64)> {
+        let column = |x: &[f64]| Col::from_fn(x.len(), |i| x[i]);
+        let sampling = Sampling {
+            signal: phi.ncols(),
+            forward: |x: &[f64]| (phi * column(x)).iter().copied().collect(),
+            adjoint: |r: &[f64]| (phi.transpose() * column(r)).iter().copied().collect(),
+        };
+        sparse_approximation(&sampling, y, sparsity)
+    }
+
+    #[test]
+    fn a_sparse_signal_is_recovered_from_random_measurements() {
+        let truth = [(3, 2.0), (17, -1.0), (50, 0.5), (99, 3.0), (180, -0.7)];
+        for seed in 0..5 {
+            let phi = random::normal(80, 200, seed) / faer::Scale(80f64.sqrt());
+            let y: Vec<f64> = (0..80).map(|i| truth.iter().map(|&(j, x)| phi[(i, j)] * x).sum()).collect();
+            let found = sampled(&phi, &y, 5);
+            assert_eq!(found.len(), 5);
+            for ((j, x), (index, value)) in truth.into_iter().zip(found) {
+                assert_eq!(j, index);
+                assert!((x - value).abs() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn noisy_measurements_give_a_signal_about_as_far_off() {
+        let phi = random::normal(80, 200, 7) / faer::Scale(80f64.sqrt());
+        let noise = random::normal(80, 1, 8);
+        let y: Vec<f64> = (0..80).map(|i| phi[(i, 11)] - 2.0 * phi[(i, 42)] + 0.01 * noise[(i, 0)]).collect();
+        let found = sampled(&phi, &y, 2);
+        assert_eq!((found[0].0, found[1].0), (11, 42));
+        assert!((found[0].1 - 1.0).abs() < 0.05 && (found[1].1 + 2.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn of_a_signal_fully_measured_the_largest_entries_are_left() {
+        let y = [0.1, -3.0, 0.0, 2.0, -2.0, 0.5];
+        let identity = Sampling { signal: 6, forward: <[f64]>::to_vec, adjoint: <[f64]>::to_vec };
+        assert_eq!(sparse_approximation(&identity, &y, 1), [(1, -3.0)]);
+        assert_eq!(sparse_approximation(&identity, &y, 2), [(1, -3.0), (3, 2.0)]);
+        assert_eq!(sparse_approximation(&identity, &y, 100).len(), 5);
+        assert_eq!(sparse_approximation(&identity, &y, 0), []);
+        assert_eq!(sparse_approximation(&identity, &[0.0; 6], 3), []);
+    }
+}

@@ -55,7 +55,7 @@ mod tests {
         let b = random::normal(4, 25, 7);
         let svd = a.thin_svd().unwrap();
         let pseudoinverse = Mat::from_fn(25, 6, |i, j| {
-            (0..3).map(|r| svd.V()[(i, r)] * svd.U()[(j, r)] / svd.S().column_vector()[r]).sum()
+            (0..3).map(|r| svd.V()[(i, r)] * svd.U()[(j, r)] / svd.S().column_vector()[r]).sum::<f64>()
         });
         assert!((from_matrices(&a, &b) - b * pseudoinverse).norm_max() < 1e-8);
     }

@@ -44,7 +44,7 @@ mod tests {
     use super::*;
     use crate::numerics::random;
 
-    /// The minimiser of a convex function on [−10, 10] by golden sections of the interval.
+    /// The minimiser of a convex function on [−10, 10] by thirds of the interval.
     fn naive_minimiser(f: impl Fn(f64) -> f64) -> f64 {
         let (mut low, mut high) = (-10.0, 10.0);
         for _ in 0..100 {

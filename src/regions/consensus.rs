@@ -17,6 +17,9 @@ const SPREAD: usize = 2;
 /// The members of the least energy the consensus is sought from.
 const STARTS: usize = 6;
 
+/// A region of a smaller share of the area is no part of a shape.
+const SLIVER: f64 = 0.01;
+
 /// The points k-means settles on where a shape has more.
 const SAMPLE: usize = 4096;
 
@@ -27,7 +30,8 @@ const SEED: u64 = 0x5EED_0F5E_6111_E275;
 ///
 /// `signature` is n × d, row x the point in space that stands for vertex x; `mass` is its n areas. A vertex without area
 /// is in no region. `count` is taken as 1 below 1 and as [`MAX_REGIONS`] above. Fewer regions than asked for come back
-/// where the clusterings agree on fewer. The same input gives the same regions.
+/// where the clusterings agree on fewer, or where one would have less than 1 % of the area. The same input gives the same
+/// regions.
 ///
 /// The ensemble E is made of k-means clusterings with different seeds and numbers of clusters; the regions x are the
 /// best local minimum found of eq. 2.27, Σ_u d²(E_u, x), and never worse than a member of at most `count` clusters.
@@ -74,12 +78,15 @@ fn consensus(ensemble: &Ensemble, count: usize, watch: &dyn Watch) -> Result<Vec
     let mut starts: Vec<Partition> = ensemble.members(count).collect();
     starts.sort_by(|a, b| a.energy().total_cmp(&b.energy()));
     starts.truncate(STARTS);
+    let bound = starts.first().map_or(0.0, Partition::energy);
     for (s, start) in starts.iter_mut().enumerate() {
-        let fraction = (MEMBERS + s) as f64 / (MEMBERS + STARTS) as f64;
-        start.descend(watch, fraction)?;
+        start.descend(watch, (MEMBERS + s) as f64 / (MEMBERS + STARTS) as f64)?;
     }
     let best = starts.into_iter().min_by(|a, b| a.energy().total_cmp(&b.energy()));
-    Ok(best.map(Partition::into_labels).unwrap_or_default())
+    Ok(best.map_or_else(Vec::new, |mut best| {
+        best.dissolve_slivers(SLIVER, bound);
+        best.into_labels()
+    }))
 }
 
 /// `labels` with the used ones renumbered from 0 by descending area, of equals the one used first.

@@ -31,6 +31,7 @@ pub(super) struct Ensemble {
 }
 
 /// A partition of an ensemble's nodes into regions, some perhaps empty.
+#[derive(Clone)]
 pub(super) struct Partition<'a> {
     ensemble: &'a Ensemble,
     /// Region of every node.
@@ -120,6 +121,13 @@ impl<'a> Partition<'a> {
         }
     }
 
+    /// Moves `node` to `region`.
+    fn transfer(&mut self, node: usize, region: usize) {
+        self.add(self.labels[node], node, -1.0);
+        self.add(region, node, 1.0);
+        self.labels[node] = region;
+    }
+
     /// Σ_u d²(E_u, x), eq. 2.27, up to Σ_u Σ_l |E_ul|², which is the same for every partition.
     pub(super) fn energy(&self) -> f64 {
         let m = self.ensemble.members as f64;
@@ -134,6 +142,12 @@ impl<'a> Partition<'a> {
         self.ensemble.members as f64 * self.areas[region] - 2.0 * shared
     }
 
+    /// The region `node` joins at the least cost among those `allowed`, and the cost.
+    fn cheapest(&self, node: usize, allowed: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        let regions = (0..self.areas.len()).filter(|&region| allowed(region));
+        regions.map(|region| (region, self.joining(region, node))).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// Moves every node in turn to the region where it costs least; whether any moved.
     fn sweep(&mut self) -> bool {
         let m = self.ensemble.members as f64;
@@ -143,14 +157,10 @@ impl<'a> Partition<'a> {
             let (home, area) = (self.labels[node], self.ensemble.areas[node]);
             // The node itself is counted in its region's area and in each of m overlaps: m·w − 2·m·w too much.
             let staying = self.joining(home, node) + m * area;
-            let others = (0..self.areas.len()).filter(|&region| region != home);
-            let costs = others.map(|region| (region, self.joining(region, node)));
-            if let Some((region, cost)) = costs.min_by(|a, b| a.1.total_cmp(&b.1))
+            if let Some((region, cost)) = self.cheapest(node, |region| region != home)
                 && area * (staying - cost) > least
             {
-                self.add(home, node, -1.0);
-                self.add(region, node, 1.0);
-                self.labels[node] = region;
+                self.transfer(node, region);
                 moved = true;
             }
         }
@@ -173,9 +183,7 @@ impl<'a> Partition<'a> {
         }
         for node in 0..self.labels.len() {
             if self.labels[node] == a {
-                self.add(a, node, -1.0);
-                self.add(b, node, 1.0);
-                self.labels[node] = b;
+                self.transfer(node, b);
             }
         }
         true
@@ -193,6 +201,28 @@ impl<'a> Partition<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Dissolves the regions of less than `share` of the area, the smallest first, each of their nodes into another
+    /// region where it costs least, unless the energy would rise above `bound`.
+    ///
+    /// Where members cut at slightly different places and a region is left over, the strip between the cuts makes a
+    /// region of low energy; it is no part of the shape.
+    pub(super) fn dissolve_slivers(&mut self, share: f64, bound: f64) {
+        let least = share * self.areas.iter().sum::<f64>();
+        let mut slivers: Vec<usize> = (0..self.areas.len()).filter(|&region| self.areas[region] < least).collect();
+        slivers.sort_by(|&a, &b| self.areas[a].total_cmp(&self.areas[b]));
+        for (s, &sliver) in slivers.iter().enumerate() {
+            let mut without = self.clone();
+            for node in (0..self.labels.len()).filter(|&node| self.labels[node] == sliver) {
+                if let Some((region, _)) = self.cheapest(node, |region| !slivers[..=s].contains(&region)) {
+                    without.transfer(node, region);
+                }
+            }
+            if without.energy() <= bound {
+                *self = without;
+            }
+        }
     }
 
     /// The region of every node.
@@ -305,5 +335,20 @@ mod tests {
         let before = partition.energy();
         assert!(partition.merge());
         assert!(partition.energy() < before);
+    }
+
+    #[test]
+    fn slivers_are_dissolved_as_far_as_the_energy_allows() {
+        // Five members cut before the light vertex and four after it: it belongs with what comes after.
+        let cut = |after: usize| (0..6).map(|i| Label::from(i > after)).collect::<Vec<_>>();
+        let clusterings: Vec<Vec<Label>> = (0..9).map(|u| cut(2 + u % 2)).collect();
+        let areas = [1.0, 1.0, 1.0, 0.01, 1.0, 1.0];
+        let ensemble = Ensemble::of(&clusterings, &areas);
+        let strip = || Partition::of(&ensemble, vec![0, 1, 2], 3);
+        let (mut kept, mut dissolved) = (strip(), strip());
+        kept.dissolve_slivers(0.1, strip().energy() - 1.0);
+        assert_eq!(kept.labels, strip().labels);
+        dissolved.dissolve_slivers(0.1, f64::INFINITY);
+        assert_eq!(ensemble.spread(&dissolved.labels), [0, 0, 0, 2, 2, 2]);
     }
 }

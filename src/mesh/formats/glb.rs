@@ -30,7 +30,8 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 
 pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
     let (document, data) = open(bytes)?;
-    let scene = document.default_scene().or_else(|| document.scenes().next()).ok_or_else(|| refusal("it has no scene"))?;
+    let scene =
+        document.default_scene().or_else(|| document.scenes().next()).ok_or_else(|| refusal("it has no scene"))?;
     let mut read = Read { polygons, weld: Weld::default(), firsts: Vec::new(), data: &data };
     let mut visited = vec![false; document.nodes().len()];
     let mut pending: Vec<(Node, Matrix)> = scene.nodes().map(|node| (node, IDENTITY)).collect();
@@ -67,7 +68,11 @@ fn open(bytes: &[u8]) -> Result<(Document, Vec<u8>), Refusal> {
         return Err(refusal("it is no binary gltf file"));
     }
     if word(12) > LONGEST_JSON {
-        return Err(Refusal::TooLarge { unit: "bytes of gltf json", found: word(12) as u64, limit: LONGEST_JSON as u64 });
+        return Err(Refusal::TooLarge {
+            unit: "bytes of gltf json",
+            found: word(12) as u64,
+            limit: LONGEST_JSON as u64,
+        });
     }
     let unreadable = |error: &dyn std::fmt::Display| refusal(format!("the gltf file cannot be read: {error}"));
     let glb = Glb::from_slice(bytes).map_err(|error| unreadable(&error))?;
@@ -75,6 +80,11 @@ fn open(bytes: &[u8]) -> Result<(Document, Vec<u8>), Refusal> {
     root.extensions_required.retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
     if let Some(name) = root.extensions_required.first() {
         return Err(refusal(format!("it requires the extension {name:?}, which is not supported")));
+    }
+    // The crate's own validation takes these indices for granted.
+    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    if attributes.any(|accessor| accessor.value() >= root.accessors.len()) {
+        return Err(refusal("a primitive names an accessor that does not exist"));
     }
     let document = Document::from_json(root).map_err(|error| unreadable(&error))?;
     Ok((document, glb.bin.unwrap_or_default().into_owned()))
@@ -129,8 +139,7 @@ impl Read<'_> {
             let mut p = [0.0; 3];
             element.as_chunks::<4>().0.iter().zip(&mut p).for_each(|(x, c)| *c = f64::from(f32::from_le_bytes(*x)));
             // Negative zero becomes zero, so that equal points have equal bits.
-            let position =
-                [0, 1, 2].map(|i: usize| m[0][i] * p[0] + m[1][i] * p[1] + m[2][i] * p[2] + m[3][i] + 0.0);
+            let position = [0, 1, 2].map(|i: usize| m[0][i] * p[0] + m[1][i] * p[1] + m[2][i] * p[2] + m[3][i] + 0.0);
             let vertex = self.polygons.positions.len() as u32;
             let first = self.weld.first(position, vertex);
             self.firsts.push(first);
@@ -164,7 +173,10 @@ impl Read<'_> {
 }
 
 /// The bytes of each element of an accessor, all proven to lie in the file.
-fn elements<'a>(accessor: &Accessor, data: &'a [u8]) -> Result<impl ExactSizeIterator<Item = &'a [u8]> + use<'a>, String> {
+fn elements<'a>(
+    accessor: &Accessor,
+    data: &'a [u8],
+) -> Result<impl ExactSizeIterator<Item = &'a [u8]> + use<'a>, String> {
     if accessor.sparse().is_some() {
         return Err("sparse accessors are not supported".into());
     }
@@ -209,4 +221,156 @@ fn product(a: Matrix, b: Matrix) -> Matrix {
 /// Of the upper left 3 × 3.
 fn determinant([a, b, c, _]: Matrix) -> f64 {
     a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) + c[0] * (a[1] * b[2] - a[2] * b[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
+    use serde_json::{Value, json};
+
+    use super::super::{Format, Limits, read};
+    use super::*;
+
+    /// A file of this JSON and these binary data.
+    fn glb(json: &Value, data: &[u8]) -> Vec<u8> {
+        let glb = Glb {
+            header: gltf::binary::Header { magic: *b"glTF", version: 2, length: 0 },
+            json: serde_json::to_vec(json).unwrap().into(),
+            bin: Some(data.into()),
+        };
+        glb.to_vec().unwrap()
+    }
+
+    /// Four corners of a unit square in the plane, the first twice, and u16 indices; one primitive of `mode`.
+    fn square(mode: u8, indices: &[u16], nodes: Value) -> (Value, Vec<u8>) {
+        let corners: [[f32; 3]; 5] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.], [0., 0., 0.]];
+        let mut data: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+        data.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
+        let json = json!({
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes,
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": mode}]}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+                {"bufferView": 1, "componentType": 5123, "count": indices.len(), "type": "SCALAR"}],
+            "bufferViews": [
+                {"buffer": 0, "byteOffset": 0, "byteLength": 60},
+                {"buffer": 0, "byteOffset": 60, "byteLength": 2 * indices.len()}],
+            "buffers": [{"byteLength": data.len()}]
+        });
+        (json, data)
+    }
+
+    fn reread(json: &Value, data: &[u8]) -> Result<Polygons, Refusal> {
+        let bytes = glb(json, data);
+        assert_eq!(Format::sniff(&bytes), Some(Format::Glb));
+        read(&bytes, Format::Glb, &Limits::default())
+    }
+
+    fn faces(polygons: &Polygons) -> Vec<Vec<i64>> {
+        polygons.faces().map(<[i64]>::to_vec).collect()
+    }
+
+    #[test]
+    fn reads_lists_strips_and_fans_with_seams_closed() {
+        let list: &[u16] = &[0, 1, 2, 4, 2, 3];
+        for (mode, indices) in [(4, list), (5, &[1, 2, 4, 3]), (5, &[1, 1, 1, 2, 4, 3]), (6, &[4, 1, 2, 3])] {
+            let (json, data) = square(mode, indices, json!([{"mesh": 0}]));
+            let polygons = reread(&json, &data).unwrap();
+            assert_eq!(polygons.positions.len(), 5);
+            assert_eq!(polygons.merged, [4]);
+            let area: f64 = faces(&polygons).iter().map(|f| signed_area(&polygons.positions, f)).sum();
+            assert_eq!((polygons.faces().len(), area), (2, 1.0), "{mode} {indices:?}");
+            assert!(faces(&polygons).concat().iter().all(|&v| v != 4));
+        }
+    }
+
+    fn signed_area(positions: &[[f64; 3]], face: &[i64]) -> f64 {
+        let [a, b, c] = [face[0], face[1], face[2]].map(|v| positions[v as usize]);
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    }
+
+    #[test]
+    fn applies_the_transforms_of_all_parents() {
+        let nodes = json!([
+            {"children": [1, 2], "translation": [10, 0, 0], "scale": [2, 2, 2]},
+            {"mesh": 0, "translation": [1, 0, 0], "rotation": [0, 0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]},
+            {"mesh": 0, "scale": [-1, 1, 1]}
+        ]);
+        let (json, data) = square(4, &[0, 1, 2], nodes);
+        let polygons = reread(&json, &data).unwrap();
+        let near = |v: usize, expected: [f64; 3]| {
+            (0..3).all(|axis| (polygons.positions[v][axis] - expected[axis]).abs() < 1e-5)
+        };
+        assert!(near(0, [12., 0., 0.]) && near(1, [12., 2., 0.]) && near(2, [10., 2., 0.]), "{:?}", polygons.positions);
+        assert!(near(6, [8., 0., 0.]));
+        // The mirrored copy is turned over.
+        assert_eq!(faces(&polygons), [[0, 1, 2], [5, 7, 6]]);
+    }
+
+    #[test]
+    fn refuses_what_is_not_whole_or_not_supported() {
+        let (json, data) = square(4, &[0, 1, 2], json!([{"mesh": 0}]));
+        let change = |pointer: &str, value: Value| {
+            let mut json = json.clone();
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            json.pointer_mut(parent).unwrap()[key] = value;
+            json
+        };
+        for (json, reason) in [
+            (change("/extensionsRequired", json!(["KHR_draco_mesh_compression"])), "KHR_draco_mesh_compression"),
+            (change("/extensionsRequired", json!(["EXT_meshopt_compression"])), "EXT_meshopt_compression"),
+            (change("/buffers", json!([{"byteLength": 66, "uri": "mesh.bin"}])), "outside the file"),
+            (change("/nodes", json!([{"children": [0], "mesh": 0}])), "twice"),
+            (change("/nodes", json!([{"children": [7]}])), "cannot be read"),
+            (change("/scenes", json!([])), "cannot be read"),
+            (change("/asset", json!(3)), "cannot be read"),
+            (change("/bufferViews", json!([{"buffer": 0, "byteLength": 6}, {"buffer": 0, "byteLength": 6}])), "beyond"),
+        ] {
+            let refusal = reread(&json, &data).unwrap_err().to_string();
+            assert!(refusal.contains(reason), "{reason}: {refusal}");
+        }
+        let mut hostile = json.clone();
+        hostile["accessors"][1]["count"] = json!(u64::MAX);
+        assert!(reread(&hostile, &data).is_err());
+        hostile["accessors"][1]["count"] = json!(900_000);
+        assert!(reread(&hostile, &data).unwrap_err().to_string().contains("beyond its data"));
+        hostile["accessors"][1] = json!({"componentType": 5123, "count": 3, "type": "SCALAR"});
+        assert!(reread(&hostile, &data).is_err());
+        let (json, data) = square(4, &[0, 1, 9], json!([{"mesh": 0}]));
+        assert!(reread(&json, &data).unwrap_err().to_string().contains("index 9 is out of range"));
+    }
+
+    #[test]
+    fn refuses_truncated_headers() {
+        let (json, data) = square(4, &[0, 1, 2], json!([{"mesh": 0}]));
+        let whole = glb(&json, &data);
+        for length in 0..whole.len() {
+            assert!(read(&whole[..length], Format::Glb, &Limits::default()).is_err(), "{length}");
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn survives_damage(
+            damage in proptest::collection::vec((proptest::prelude::any::<proptest::sample::Index>(), 0u8..128), 1..5),
+        ) {
+            let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
+            let mut bytes = glb(&json, &data);
+            damage.iter().for_each(|(at, byte)| { let at = at.index(bytes.len()); bytes[at] = *byte; });
+            let _ = read(&bytes, Format::Glb, &Limits::default());
+        }
+
+        /// Digits only, so that the JSON stays readable and its numbers lie.
+        #[test]
+        fn survives_false_numbers(
+            damage in proptest::collection::vec((proptest::prelude::any::<proptest::sample::Index>(), b'0'..=b'9'), 1..6),
+        ) {
+            let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
+            let mut bytes = glb(&json, &data);
+            let digits: Vec<usize> = (PREAMBLE..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
+            damage.iter().for_each(|(at, digit)| bytes[digits[at.index(digits.len())]] = *digit);
+            let _ = read(&bytes, Format::Glb, &Limits::default());
+        }
+    }
 }

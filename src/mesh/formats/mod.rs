@@ -44,11 +44,7 @@ impl Limits {
 }
 
 fn admit(unit: &'static str, found: usize, limit: usize) -> Result<(), Refusal> {
-    if found <= limit {
-        Ok(())
-    } else {
-        Err(Refusal::TooLarge { unit, found: found as u64, limit: limit as u64 })
-    }
+    if found <= limit { Ok(()) } else { Err(Refusal::TooLarge { unit, found: found as u64, limit: limit as u64 }) }
 }
 
 /// A file format of meshes.
@@ -80,10 +76,14 @@ impl Format {
     pub fn from_media_type(media_type: &str) -> Option<Format> {
         let essence = media_type.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
         match essence.as_str() {
-            "model/obj" | "application/x-tgif" => Some(Format::Obj),
+            "model/obj" => Some(Format::Obj),
             "model/off" | "application/x-off" | "text/off" => Some(Format::Off),
             "model/ply" | "application/ply" | "application/x-ply" | "text/ply" => Some(Format::Ply),
-            "model/stl" | "model/x.stl-ascii" | "model/x.stl-binary" | "application/sla" | "application/stl"
+            "model/stl"
+            | "model/x.stl-ascii"
+            | "model/x.stl-binary"
+            | "application/sla"
+            | "application/stl"
             | "application/vnd.ms-pki.stl" => Some(Format::Stl),
             "model/gltf-binary" => Some(Format::Glb),
             _ => None,
@@ -189,5 +189,25 @@ impl Polygons {
     /// A vertex of the file, with its line.
     pub fn vertex_place(&self, vertex: usize) -> Place {
         Place { line: self.vertex_lines.get(vertex).map(|&line| line.into()), ..Place::vertex(vertex) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knows_names_and_media_types() {
+        assert_eq!(Format::from_name("GLB"), Some(Format::Glb));
+        assert_eq!(Format::from_name("fbx"), None);
+        assert_eq!(Format::from_media_type("Model/STL; charset=binary"), Some(Format::Stl));
+        assert_eq!(Format::from_media_type("application/octet-stream"), None);
+    }
+
+    #[test]
+    fn sniffs_nothing_in_strange_bytes() {
+        for bytes in [b"".as_slice(), b"hello", b"\x89PNG\r\n", b"{\"vertices\": []}", b"vn 0 0 1\n"] {
+            assert_eq!(Format::sniff(bytes), None);
+        }
     }
 }

@@ -41,7 +41,10 @@ fn content(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
 }
 
 fn ended(announced: usize, read: usize, unit: &str) -> Refusal {
-    Refusal::because(Place::file(), format!("the file ends after {read} of the {announced} {unit} its header announces"))
+    Refusal::because(
+        Place::file(),
+        format!("the file ends after {read} of the {announced} {unit} its header announces"),
+    )
 }
 
 /// The keyword at the start of a line (`OFF`, `COFF`, `STCN4OFF` …) and what follows it.
@@ -65,7 +68,8 @@ fn header<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (u64, &'a [u8
         lines.next();
         counts = (number, rest);
         if rest.is_empty() {
-            counts = lines.peek().copied().ok_or_else(|| Refusal::because(Place::line(number), "there are no counts"))?;
+            counts =
+                lines.peek().copied().ok_or_else(|| Refusal::because(Place::line(number), "there are no counts"))?;
             lines.next();
         }
     } else {
@@ -109,7 +113,8 @@ mod tests {
     #[test]
     fn reads_the_variants_of_the_header() {
         let body = "0 0 0\n1 0 0 255 0 0\n# inside\n\n1 1 0\n0 1 0\n4 0 1 2 3 0.5 0.5 0.5\n3 0 1 2\n";
-        for header in ["OFF\n4 2 0\n", "OFF 4 2 0\n", "OFF4 2 0\n", "COFF\n# c\n4 2 5\n", "# c\nNOFF\n4 2\n", "4 2 0\n"] {
+        for header in ["OFF\n4 2 0\n", "OFF 4 2 0\n", "OFF4 2 0\n", "COFF\n# c\n4 2 5\n", "# c\nNOFF\n4 2\n", "4 2 0\n"]
+        {
             let polygons = off(&format!("{header}{body}")).unwrap();
             assert_eq!(polygons.positions.len(), 4, "{header}");
             let faces: Vec<_> = polygons.faces().map(<[i64]>::to_vec).collect();

@@ -14,60 +14,28 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 }
 
 pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
-    let (header, payload) = header(bytes)?;
-    let is_text = header.encoding == Encoding::Ascii;
-    let first_line = is_text.then(|| 1 + bytes[..bytes.len() - payload.len()].split(|&b| b == b'\n').count() as u64 - 1);
-    let mut reader = Payload { header: &header, reader: Reader::new(payload), next_line: first_line };
-    for element in header.elements.values() {
+    let mut file = File::open(bytes)?;
+    let elements: Vec<ElementDef> = file.header.elements.values().cloned().collect();
+    for element in &elements {
         match element.name.as_str() {
             "vertex" => {
                 require_coordinates(element)?;
                 polygons.limits.admit_vertices(element.count)?;
-                for (line, vertex) in reader.elements::<Vertex>(element)? {
+                for (line, vertex) in file.elements::<Vertex>(element)? {
                     polygons.push_vertex(vertex.position, line)?;
                 }
             }
             "face" => {
                 require_corners(element)?;
                 polygons.limits.admit_triangles(element.count)?;
-                for (line, face) in reader.elements::<Face>(element)? {
+                for (line, face) in file.elements::<Face>(element)? {
                     polygons.push_face(face.corners, line)?;
                 }
             }
-            _ => polygons.ignored += reader.elements::<Other>(element)?.count(),
+            _ => polygons.ignored += file.elements::<Other>(element)?.count(),
         }
     }
     Ok(polygons)
-}
-
-/// The header and the bytes after it, with every count at most the number of those bytes.
-fn header(bytes: &[u8]) -> Result<(Header, &[u8]), Refusal> {
-    let head = &bytes[..bytes.len().min(LONGEST_HEADER)];
-    let mark = b"end_header";
-    if !head.windows(mark.len()).any(|window| window == mark) {
-        return Err(Refusal::because(Place::file(), format!("no end_header in the first {} bytes", head.len())));
-    }
-    let mut reader = Reader::new(bytes);
-    let header = Parser::<Other>::new().read_header(&mut reader).map_err(|error| unreadable(&error, true))?;
-    let payload = reader.into_inner();
-    for element in header.elements.values() {
-        if element.count > 0 && element.properties.is_empty() {
-            return Err(Refusal::because(Place::file(), format!("element {} has no properties", element.name)));
-        }
-        if element.count > payload.len() {
-            let detail = format!("the header announces {} of element {}, {} bytes follow it", element.count, element.name, payload.len());
-            return Err(Refusal::because(Place::file(), detail));
-        }
-    }
-    Ok((header, payload))
-}
-
-/// The parser's message without the excerpt it goes on with.
-fn unreadable(error: &ParseError, is_text: bool) -> Refusal {
-    let place = error.line().filter(|_| is_text).map_or(Place::file(), |line| Place::line(line as u64));
-    let message = error.to_string();
-    let message: String = message.lines().next().unwrap_or_default().chars().take(200).collect();
-    Refusal::because(place, format!("the ply file cannot be read: {message}"))
 }
 
 fn require_coordinates(vertex: &ElementDef) -> Result<(), Refusal> {
@@ -87,26 +55,57 @@ fn require_corners(face: &ElementDef) -> Result<(), Refusal> {
     }
 }
 
-/// The elements after the header, in its order.
-struct Payload<'a> {
-    header: &'a Header,
+/// A file whose header has been read.
+struct File<'a> {
+    header: Header,
+    /// Stands at the next element.
     reader: Reader<&'a [u8]>,
-    /// In a text, the line of the next element: there is one on each.
-    next_line: Option<u64>,
 }
 
-impl Payload<'_> {
-    /// All of one kind, each with its line in a text.
+impl File<'_> {
+    /// Reads the header and checks that no element is counted more often than there are bytes.
+    fn open(bytes: &[u8]) -> Result<File<'_>, Refusal> {
+        let (head, mark) = (&bytes[..bytes.len().min(LONGEST_HEADER)], b"end_header");
+        if !head.windows(mark.len()).any(|window| window == mark) {
+            return Err(Refusal::because(Place::file(), format!("no end_header in the first {} bytes", head.len())));
+        }
+        let mut reader = Reader::new(bytes);
+        let header = Parser::<Other>::new().read_header(&mut reader).map_err(|error| unreadable(&error, true))?;
+        let bytes_left = reader.get_ref().len();
+        for ElementDef { name, count, properties } in header.elements.values() {
+            if *count > 0 && properties.is_empty() {
+                return Err(Refusal::because(Place::file(), format!("element {name} has no properties")));
+            }
+            if *count > bytes_left {
+                let detail = format!("the header announces {count} of element {name}, {bytes_left} bytes follow it");
+                return Err(Refusal::because(Place::file(), detail));
+            }
+        }
+        Ok(File { header, reader })
+    }
+
+    /// The next elements, all of one kind, each with its line in a text.
     fn elements<E: PropertyAccess>(
         &mut self,
         element: &ElementDef,
-    ) -> Result<impl Iterator<Item = (Option<u64>, E)> + use<E>, Refusal> {
-        let first = self.next_line;
-        let elements = Parser::<E>::new().read_payload_for_element(&mut self.reader, element, self.header);
-        let elements = elements.map_err(|error| unreadable(&error, first.is_some()))?;
-        self.next_line = first.map(|line| line + elements.len() as u64);
-        Ok((0..).zip(elements).map(move |(i, element)| (first.map(|line| line + i), element)))
+    ) -> Result<impl ExactSizeIterator<Item = (Option<u64>, E)> + use<E>, Refusal> {
+        let is_text = self.header.encoding == Encoding::Ascii;
+        let first = self.reader.line() as u64;
+        let elements = Parser::<E>::new().read_payload_for_element(&mut self.reader, element, &self.header);
+        let elements = elements.map_err(|error| unreadable(&error, is_text))?;
+        // A text has one element on each line.
+        let line = move |i: usize| is_text.then_some(first + i as u64);
+        Ok(elements.into_iter().enumerate().map(move |(i, element)| (line(i), element)))
     }
+}
+
+/// The innermost reason the parser gives, without its excerpts of the file.
+fn unreadable(error: &ParseError, is_text: bool) -> Refusal {
+    let place = error.line().filter(|_| is_text).map_or(Place::file(), |line| Place::line(line as u64));
+    let message = error.to_string();
+    let reason = message.rsplit("Error: ").next().and_then(|reason| reason.lines().next()).unwrap_or_default();
+    let reason: String = reason.chars().take(200).collect();
+    Refusal::because(place, format!("the ply file cannot be read: {reason}"))
 }
 
 struct Vertex {
@@ -126,17 +125,18 @@ impl PropertyAccess for Vertex {
             _ => return PropertyAccessResult::Ignored,
         };
         // Negative zero becomes zero, so that equal points have equal bits.
-        self.position[axis] = 0.0 + match value {
-            Property::Char(x) => x.into(),
-            Property::UChar(x) => x.into(),
-            Property::Short(x) => x.into(),
-            Property::UShort(x) => x.into(),
-            Property::Int(x) => x.into(),
-            Property::UInt(x) => x.into(),
-            Property::Float(x) => x.into(),
-            Property::Double(x) => x,
-            _ => return PropertyAccessResult::UnsupportedType,
-        };
+        self.position[axis] = 0.0
+            + match value {
+                Property::Char(x) => x.into(),
+                Property::UChar(x) => x.into(),
+                Property::Short(x) => x.into(),
+                Property::UShort(x) => x.into(),
+                Property::Int(x) => x.into(),
+                Property::UInt(x) => x.into(),
+                Property::Float(x) => x.into(),
+                Property::Double(x) => x,
+                _ => return PropertyAccessResult::UnsupportedType,
+            };
         PropertyAccessResult::Set
     }
 }
