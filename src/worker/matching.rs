@@ -3,7 +3,7 @@ use bytes::Bytes;
 use super::attempt::Bench;
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::pipeline::{self, MatchError, Settings};
+use crate::pipeline::{self, Settings};
 use crate::store::Job;
 
 /// The correspondence of a sketch and a mesh as JSON.
