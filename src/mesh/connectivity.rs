@@ -1,0 +1,188 @@
+//! How a mesh hangs together: components, boundary, and the summary the user is shown.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::disjoint_sets::DisjointSets;
+use super::edges::{self, Edges};
+use super::{TriangleMesh, triangle_area};
+
+/// What is told of a mesh in a few numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = MeshSummary)]
+pub struct Summary {
+    /// Vertices of the user's file.
+    pub vertices: usize,
+    pub triangles: usize,
+    /// In squared units of the file.
+    pub area: f64,
+    /// Connected components; vertices of no triangle are none.
+    pub components: usize,
+    /// Edges with one triangle.
+    pub boundary_edges: usize,
+    /// Whether there is no boundary.
+    pub closed: bool,
+}
+
+/// The summary of a mesh.
+pub fn summary(mesh: &TriangleMesh) -> Summary {
+    let boundary_edges = Edges::of(&mesh.triangles).boundary().count();
+    Summary {
+        vertices: mesh.positions.len(),
+        triangles: mesh.triangles.len(),
+        area: mesh.area(),
+        components: components(mesh).list.len(),
+        boundary_edges,
+        closed: boundary_edges == 0,
+    }
+}
+
+/// The closed curves that bound a mesh, each as its vertices in order with the mesh on the left seen from outside;
+/// curves in order of their smallest vertex, which comes first.
+pub fn boundary_loops(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
+    // The triangles around a vertex form one fan, so that at most one boundary half-edge leaves it.
+    let mut successors = vec![None; mesh.positions.len()];
+    for h in Edges::of(&mesh.triangles).boundary() {
+        let [from, to] = edges::ends(&mesh.triangles, h);
+        successors[from as usize] = Some(to);
+    }
+    let mut loops = Vec::new();
+    for start in 0..successors.len() {
+        let curve: Vec<u32> =
+            std::iter::successors(successors[start].take(), |&v| successors[v as usize].take()).collect();
+        if let Some((&last, rest)) = curve.split_last() {
+            loops.push(std::iter::once(last).chain(rest.iter().copied()).collect());
+        }
+    }
+    loops
+}
+
+/// n flags: whether a vertex lies on the boundary.
+pub fn boundary_vertices(mesh: &TriangleMesh) -> Vec<bool> {
+    let mut on_boundary = vec![false; mesh.positions.len()];
+    for h in Edges::of(&mesh.triangles).boundary() {
+        edges::ends(&mesh.triangles, h).into_iter().for_each(|v| on_boundary[v as usize] = true);
+    }
+    on_boundary
+}
+
+/// A connected component of a mesh as a mesh of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Every vertex is used.
+    pub mesh: TriangleMesh,
+    /// Per vertex of the component its id in the parent, ascending.
+    pub vertices: Vec<u32>,
+}
+
+/// The component of largest area; of equals, the one with the smallest vertex. Vertices and triangles keep their order.
+pub fn largest_component(mesh: &TriangleMesh) -> Component {
+    let Components { of_triangle, list } = components(mesh);
+    let largest = (1..list.len()).fold(0, |best, c| if list[c].area > list[best].area { c } else { best });
+    let inside = |t: &usize| of_triangle[*t] as usize == largest;
+    let triangles: Vec<[u32; 3]> = (0..of_triangle.len()).filter(inside).map(|t| mesh.triangles[t]).collect();
+
+    let mut used = vec![false; mesh.positions.len()];
+    triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let vertices: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
+    let mut compact = vec![0; used.len()];
+    vertices.iter().zip(0..).for_each(|(&v, id)| compact[v as usize] = id);
+    // A whole component of a valid mesh is valid: nothing that is guaranteed looks beyond it.
+    let mesh = TriangleMesh {
+        positions: vertices.iter().map(|&v| mesh.positions[v as usize]).collect(),
+        triangles: triangles.iter().map(|t| t.map(|v| compact[v as usize])).collect(),
+    };
+    Component { mesh, vertices }
+}
+
+/// The connected components, in order of their smallest vertex.
+pub(super) struct Components {
+    /// Per triangle the index of its component.
+    pub of_triangle: Vec<u32>,
+    pub list: Vec<Extent>,
+}
+
+/// What is measured of a component.
+pub(super) struct Extent {
+    pub first_vertex: u32,
+    pub triangles: usize,
+    pub area: f64,
+}
+
+pub(super) fn components(mesh: &TriangleMesh) -> Components {
+    let mut sets = DisjointSets::new(mesh.positions.len());
+    for &[a, b, c] in &mesh.triangles {
+        sets.join(a, b);
+        sets.join(a, c);
+    }
+    let mut firsts: Vec<u32> = mesh.triangles.iter().map(|t| sets.representative(t[0])).collect();
+    firsts.sort_unstable();
+    firsts.dedup();
+    let mut list: Vec<Extent> =
+        firsts.into_iter().map(|first_vertex| Extent { first_vertex, triangles: 0, area: 0.0 }).collect();
+    let mut index = vec![0; mesh.positions.len()];
+    list.iter().zip(0..).for_each(|(extent, c)| index[extent.first_vertex as usize] = c);
+
+    let of_triangle: Vec<u32> = mesh.triangles.iter().map(|t| index[sets.representative(t[0]) as usize]).collect();
+    for (triangle, &c) in mesh.triangles.iter().zip(&of_triangle) {
+        list[c as usize].triangles += 1;
+        list[c as usize].area += triangle_area(triangle.map(|v| mesh.positions[v as usize]));
+    }
+    Components { of_triangle, list }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A strip of three unit squares along x with a small triangle apart and a vertex of no triangle at the front.
+    fn strip() -> TriangleMesh {
+        let mut positions = vec![[50.0; 3]];
+        positions.extend((0..4).flat_map(|x| [[f64::from(x), 0.0, 0.0], [f64::from(x), 1.0, 0.0]]));
+        positions.extend([[9.0, 0.0, 0.0], [9.1, 0.0, 0.0], [9.0, 0.1, 0.0]]);
+        let squares = [1, 3, 5].into_iter().flat_map(|a| [[a, a + 2, a + 3], [a, a + 3, a + 1]]);
+        TriangleMesh::new(positions, [[9, 10, 11]].into_iter().chain(squares).collect()).unwrap()
+    }
+
+    fn tetrahedron() -> TriangleMesh {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        TriangleMesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap()
+    }
+
+    #[test]
+    fn sums_up() {
+        let summary = summary(&strip());
+        assert_eq!((summary.vertices, summary.triangles), (12, 7));
+        assert_eq!((summary.components, summary.boundary_edges, summary.closed), (2, 11, false));
+        assert!((summary.area - 3.005).abs() < 1e-12);
+        assert!(super::summary(&tetrahedron()).closed);
+    }
+
+    #[test]
+    fn follows_the_boundary() {
+        let mesh = strip();
+        assert_eq!(boundary_loops(&mesh), [vec![1, 3, 5, 7, 8, 6, 4, 2], vec![9, 10, 11]]);
+        let on_boundary = boundary_vertices(&mesh);
+        assert!(!on_boundary[0] && on_boundary[1..].iter().all(|&on| on));
+        assert!(boundary_loops(&tetrahedron()).is_empty());
+    }
+
+    #[test]
+    fn takes_the_largest_component_compactly() {
+        let component = largest_component(&strip());
+        assert_eq!(component.vertices, [1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(component.mesh.positions()[2], [1.0, 0.0, 0.0]);
+        assert_eq!(component.mesh.triangles()[0], [0, 2, 3]);
+        let (positions, triangles) = (component.mesh.positions.clone(), component.mesh.triangles.clone());
+        assert_eq!(TriangleMesh::new(positions, triangles).as_ref(), Ok(&component.mesh));
+        assert_eq!(largest_component(&component.mesh).mesh, component.mesh);
+    }
+
+    #[test]
+    fn takes_the_first_of_equal_components() {
+        let positions =
+            [0.0, 5.0].into_iter().flat_map(|x| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]]).collect();
+        let mesh = TriangleMesh::new(positions, vec![[3, 4, 5], [0, 1, 2]]).unwrap();
+        assert_eq!(largest_component(&mesh).vertices, [0, 1, 2]);
+    }
+}

@@ -1,0 +1,193 @@
+//! The file formats a mesh arrives in, read to vertices and polygons that are still unproven.
+
+mod glb;
+mod obj;
+mod off;
+mod ply;
+mod stl;
+mod text;
+mod weld;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::refusal::{Place, Refusal};
+
+/// What is accepted at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Triangles after polygons are cut. Vertices are limited to three for each of them.
+    pub triangles: usize,
+    /// Bytes of the file.
+    pub bytes: usize,
+}
+
+impl Default for Limits {
+    /// 1,000,000 triangles, 128 MiB.
+    fn default() -> Limits {
+        Limits { triangles: 1_000_000, bytes: 128 << 20 }
+    }
+}
+
+impl Limits {
+    pub(super) fn admit_bytes(&self, found: usize) -> Result<(), Refusal> {
+        admit("bytes", found, self.bytes)
+    }
+
+    fn admit_vertices(&self, found: usize) -> Result<(), Refusal> {
+        admit("vertices", found, self.triangles.saturating_mul(3))
+    }
+
+    fn admit_triangles(&self, found: usize) -> Result<(), Refusal> {
+        admit("triangles", found, self.triangles)
+    }
+}
+
+fn admit(unit: &'static str, found: usize, limit: usize) -> Result<(), Refusal> {
+    if found <= limit { Ok(()) } else { Err(Refusal::TooLarge { unit, found: found as u64, limit: limit as u64 }) }
+}
+
+/// A file format of meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MeshFormat)]
+pub enum Format {
+    Obj,
+    Off,
+    Ply,
+    Stl,
+    Glb,
+}
+
+impl Format {
+    /// The format of a name or file extension, in any case.
+    pub fn from_name(name: &str) -> Option<Format> {
+        match name.to_ascii_lowercase().as_str() {
+            "obj" => Some(Format::Obj),
+            "off" => Some(Format::Off),
+            "ply" => Some(Format::Ply),
+            "stl" => Some(Format::Stl),
+            "glb" => Some(Format::Glb),
+            _ => None,
+        }
+    }
+
+    /// The format of a content type, its parameters aside.
+    pub fn from_media_type(media_type: &str) -> Option<Format> {
+        let essence = media_type.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+        match essence.as_str() {
+            "model/obj" | "application/x-tgif" => Some(Format::Obj),
+            "model/off" | "application/x-off" | "text/off" => Some(Format::Off),
+            "model/ply" | "application/ply" | "application/x-ply" | "text/ply" => Some(Format::Ply),
+            "model/stl"
+            | "model/x.stl-ascii"
+            | "model/x.stl-binary"
+            | "application/sla"
+            | "application/stl"
+            | "application/vnd.ms-pki.stl" => Some(Format::Stl),
+            "model/gltf-binary" => Some(Format::Glb),
+            _ => None,
+        }
+    }
+
+    /// The format the bytes look like.
+    pub fn sniff(bytes: &[u8]) -> Option<Format> {
+        if glb::looks_like(bytes) {
+            Some(Format::Glb)
+        } else if ply::looks_like(bytes) {
+            Some(Format::Ply)
+        } else if stl::looks_like(bytes) {
+            Some(Format::Stl)
+        } else if off::looks_like(bytes) {
+            Some(Format::Off)
+        } else if obj::looks_like(bytes) {
+            Some(Format::Obj)
+        } else {
+            None
+        }
+    }
+}
+
+/// The vertices and polygons of a file. Refused where it cannot be read, with every line that cannot.
+pub(super) fn read(bytes: &[u8], format: Format, limits: &Limits) -> Result<Polygons, Refusal> {
+    let polygons = Polygons::new(*limits);
+    match format {
+        Format::Obj => obj::read(bytes, polygons),
+        Format::Off => off::read(bytes, polygons),
+        Format::Ply => ply::read(bytes, polygons),
+        Format::Stl => stl::read(bytes, polygons),
+        Format::Glb => glb::read(bytes, polygons),
+    }
+}
+
+/// Vertices and polygons as a file states them: nothing is proven but that they keep to the limits.
+#[derive(Debug)]
+pub(super) struct Polygons {
+    pub positions: Vec<[f64; 3]>,
+    /// The corners of all faces one after the other; the number of a vertex as stated, counted from 0.
+    corners: Vec<i64>,
+    /// Per face the end of its corners.
+    ends: Vec<usize>,
+    /// Line of each vertex in a text file, else empty; of each face likewise.
+    vertex_lines: Vec<u32>,
+    face_lines: Vec<u32>,
+    /// Vertices whose place in the faces is taken by the first vertex at the same point.
+    pub merged: Vec<u32>,
+    /// Elements that are no faces.
+    pub ignored: usize,
+    triangles: usize,
+    limits: Limits,
+}
+
+impl Polygons {
+    fn new(limits: Limits) -> Polygons {
+        Polygons {
+            positions: Vec::new(),
+            corners: Vec::new(),
+            ends: Vec::new(),
+            vertex_lines: Vec::new(),
+            face_lines: Vec::new(),
+            merged: Vec::new(),
+            ignored: 0,
+            triangles: 0,
+            limits,
+        }
+    }
+
+    /// Adds a vertex; `line` from 1 in a text file.
+    fn push_vertex(&mut self, position: [f64; 3], line: Option<u64>) -> Result<(), Refusal> {
+        self.limits.admit_vertices(self.positions.len() + 1)?;
+        self.positions.push(position);
+        self.vertex_lines.extend(line.map(|line| line as u32));
+        Ok(())
+    }
+
+    /// Adds a face, counted as the triangles it will be cut into.
+    fn push_face(&mut self, corners: impl IntoIterator<Item = i64>, line: Option<u64>) -> Result<(), Refusal> {
+        let start = self.corners.len();
+        self.corners.extend(corners);
+        self.triangles += (self.corners.len() - start).saturating_sub(2).max(1);
+        self.limits.admit_triangles(self.triangles)?;
+        self.ends.push(self.corners.len());
+        self.face_lines.extend(line.map(|line| line as u32));
+        Ok(())
+    }
+
+    /// Every face's corners, in the order of the file.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = &[i64]> {
+        (0..self.ends.len()).map(|f| {
+            let start = if f == 0 { 0 } else { self.ends[f - 1] };
+            &self.corners[start..self.ends[f]]
+        })
+    }
+
+    /// A face of the file, with its line.
+    pub fn face_place(&self, face: usize) -> Place {
+        Place { line: self.face_lines.get(face).map(|&line| line.into()), ..Place::face(face) }
+    }
+
+    /// A vertex of the file, with its line.
+    pub fn vertex_place(&self, vertex: usize) -> Place {
+        Place { line: self.vertex_lines.get(vertex).map(|&line| line.into()), ..Place::vertex(vertex) }
+    }
+}

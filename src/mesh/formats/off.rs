@@ -1,0 +1,151 @@
+//! Geomview OFF, text form: OFF and its variants with colours, normals or texture coordinates per vertex.
+
+use super::Polygons;
+use super::text;
+use crate::mesh::refusal::{Faults, Place, Refusal};
+
+/// Whether the first line that is no comment starts with a keyword of the family.
+pub(super) fn looks_like(bytes: &[u8]) -> bool {
+    content(bytes).next().is_some_and(|(_, line)| keyword(line).is_some())
+}
+
+pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
+    let mut lines = content(bytes).peekable();
+    let [vertices, faces] = header(&mut lines)?;
+    let mut faults = Faults::default();
+    for _ in 0..vertices {
+        let (number, line) = lines.next().ok_or_else(|| ended(vertices, polygons.positions.len(), "vertices"))?;
+        match text::position(text::words(line)) {
+            Ok(position) => polygons.push_vertex(position, Some(number))?,
+            Err(detail) => {
+                faults.push(Place::line(number), detail);
+                // The vertices after it keep their ids.
+                polygons.push_vertex([0.0; 3], Some(number))?;
+            }
+        }
+    }
+    for read in 0..faces {
+        let (number, line) = lines.next().ok_or_else(|| ended(faces, read, "faces"))?;
+        match face(line) {
+            Ok(corners) => polygons.push_face(corners, Some(number))?,
+            Err(detail) => faults.push(Place::line(number), detail),
+        }
+    }
+    faults.into_result()?;
+    Ok(polygons)
+}
+
+/// The lines that are neither blank nor comment.
+fn content(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
+    text::lines(bytes).filter(|(_, line)| !line.is_empty())
+}
+
+fn ended(announced: usize, read: usize, unit: &str) -> Refusal {
+    Refusal::because(
+        Place::file(),
+        format!("the file ends after {read} of the {announced} {unit} its header announces"),
+    )
+}
+
+/// The keyword at the start of a line (`OFF`, `COFF`, `STCN4OFF` …) and what follows it.
+fn keyword(line: &[u8]) -> Option<(&[u8], &[u8])> {
+    let length = line.windows(3).take(6).position(|word| word == b"OFF")? + 3;
+    Some(line.split_at(length))
+}
+
+/// The numbers of vertices and faces, which stand on the keyword's line or the next one.
+fn header<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (u64, &'a [u8])>>) -> Result<[usize; 2], Refusal> {
+    let &(number, first) = lines.peek().ok_or_else(|| Refusal::because(Place::file(), "the file is empty"))?;
+    let mut counts = (number, first);
+    if let Some((keyword, rest)) = keyword(first) {
+        if keyword.iter().any(|b| matches!(b, b'4' | b'n')) {
+            let detail = format!("{} has points of other than 3 dimensions", text::shown(keyword));
+            return Err(Refusal::because(Place::line(number), detail));
+        }
+        if text::words(rest).next() == Some(b"BINARY") {
+            return Err(Refusal::because(Place::line(number), "binary off is not supported: send it as text"));
+        }
+        lines.next();
+        counts = (number, rest);
+        if rest.is_empty() {
+            counts =
+                lines.peek().copied().ok_or_else(|| Refusal::because(Place::line(number), "there are no counts"))?;
+            lines.next();
+        }
+    } else {
+        lines.next();
+    }
+    let (number, line) = counts;
+    let mut words = text::words(line).map(|word| text::integer(word).and_then(|count| usize::try_from(count).ok()));
+    match (words.next().flatten(), words.next().flatten()) {
+        (Some(vertices), Some(faces)) => Ok([vertices, faces]),
+        _ => Err(Refusal::because(
+            Place::line(number),
+            format!("the numbers of vertices, faces and edges are expected here, not {}", text::shown(line)),
+        )),
+    }
+}
+
+/// The corners of a face: their number, then as many vertices; colours after them are passed over.
+fn face(line: &[u8]) -> Result<Vec<i64>, String> {
+    let mut words = text::words(line);
+    let first = words.next().unwrap_or_default();
+    let count = text::integer(first).and_then(|count| usize::try_from(count).ok());
+    let count = count.ok_or_else(|| format!("the number of corners is expected here, not {}", text::shown(first)))?;
+    let vertex = |word| text::integer(word).ok_or_else(|| format!("a corner is not a number: {}", text::shown(word)));
+    let corners: Vec<i64> = words.take(count).map(vertex).collect::<Result<_, _>>()?;
+    if corners.len() == count {
+        Ok(corners)
+    } else {
+        Err(format!("a face of {count} corners names only {}", corners.len()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Format, Limits, Polygons, read};
+    use crate::mesh::refusal::{Place, Refusal};
+
+    fn off(text: &str) -> Result<Polygons, Refusal> {
+        read(text.as_bytes(), Format::Off, &Limits::default())
+    }
+
+    #[test]
+    fn reads_the_variants_of_the_header() {
+        let body = "0 0 0\n1 0 0 255 0 0\n# inside\n\n1 1 0\n0 1 0\n4 0 1 2 3 0.5 0.5 0.5\n3 0 1 2\n";
+        for header in ["OFF\n4 2 0\n", "OFF 4 2 0\n", "OFF4 2 0\n", "COFF\n# c\n4 2 5\n", "# c\nNOFF\n4 2\n", "4 2 0\n"]
+        {
+            let polygons = off(&format!("{header}{body}")).unwrap();
+            assert_eq!(polygons.positions.len(), 4, "{header}");
+            let faces: Vec<_> = polygons.faces().map(<[i64]>::to_vec).collect();
+            assert_eq!(faces, [vec![0, 1, 2, 3], vec![0, 1, 2]], "{header}");
+        }
+    }
+
+    #[test]
+    fn counts_lines_from_one() {
+        let polygons = off("OFF\n3 1 0\n0 0 0\n\n1 0 0\n0 1 0\n3 0 1 2\n").unwrap();
+        assert_eq!(polygons.vertex_place(1), Place { line: Some(5), ..Place::vertex(1) });
+        assert_eq!(polygons.face_place(0), Place { line: Some(7), ..Place::face(0) });
+    }
+
+    #[test]
+    fn refuses_what_it_cannot_read() {
+        for (text, reason) in [
+            ("", "the file is empty"),
+            ("OFF", "no counts"),
+            ("OFF BINARY\n", "binary off"),
+            ("4OFF\n1 1 1\n", "dimensions"),
+            ("OFF\nmany few\n", "expected here"),
+            ("OFF\n-1 1 0\n", "expected here"),
+            ("OFF\n4000000000 1000000000000 0\n0 0 0\n", "ends after 1 of the 4000000000 vertices"),
+            ("OFF\n1 2 0\n0 0 0\n1 0\n", "ends after 1 of the 2 faces"),
+            ("OFF\n1 1 0\n0 0\n1 0\n", "line 3: a vertex of 2 coordinates"),
+            ("OFF\n1 1 0\n0 0 0\n3 0 0\n", "line 4: a face of 3 corners names only 2"),
+            ("OFF\n1 1 0\n0 0 0\n18446744073709551615 0\n", "number of corners"),
+        ] {
+            let refusal = off(text).unwrap_err().to_string();
+            assert!(refusal.contains(reason), "{text:?}: {refusal}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The conditions that make positions and triangles a [`super::TriangleMesh`], each as the list of what breaks it.
+
+use super::disjoint_sets::DisjointSets;
+use super::edges::{self, Edges};
+use super::refusal::{Faults, Place};
+use super::{cross, length, subtract};
+
+/// Largest magnitude of a coordinate. Areas, volumes and their products stay far from overflow.
+pub(super) const LARGEST_COORDINATE: f64 = 1e50;
+/// Smallest diagonal of the box around a mesh. Areas and their products stay far from underflow.
+pub(super) const SMALLEST_DIAGONAL: f64 = 1e-50;
+/// A triangle is degenerate where its height over its longest edge is at most this share of that edge: its cotangents
+/// would drown those of the rest of the mesh.
+const THINNEST: f64 = 1e-10;
+/// A triangle is degenerate where its longest edge is at most this share of the mesh's diagonal.
+const SHORTEST: f64 = 1e-12;
+
+/// Vertices with a coordinate that is not finite or too large.
+pub(super) fn coordinates(positions: &[[f64; 3]], faults: &mut Faults) {
+    for (v, position) in positions.iter().enumerate().filter(|(_, p)| !is_sound(**p)) {
+        let detail = if position.iter().all(|x| x.is_finite()) {
+            format!("a coordinate is larger than {LARGEST_COORDINATE:e}: {position:?}")
+        } else {
+            format!("a coordinate is not a finite number: {position:?}")
+        };
+        faults.push(Place::vertex(v), detail);
+    }
+}
+
+/// Whether all coordinates are finite and of a magnitude that is allowed.
+pub(super) fn is_sound(position: [f64; 3]) -> bool {
+    // NaN compares false.
+    position.iter().all(|x| x.abs() <= LARGEST_COORDINATE)
+}
+
+/// Most corners of a face: triangulation takes their square in time.
+const MOST_CORNERS: usize = 1024;
+
+/// Whether a face's corners are at least three different vertices that exist; every reason against it otherwise.
+pub(super) fn corners(corners: &[i64], vertices: usize, place: &Place, faults: &mut Faults) -> bool {
+    let mut reasons = Vec::new();
+    if corners.len() < 3 {
+        reasons.push(format!("a face of {} corners: the least is 3", corners.len()));
+    } else if corners.len() > MOST_CORNERS {
+        reasons.push(format!("a face of {} corners: the most is {MOST_CORNERS}", corners.len()));
+    } else {
+        let out_of_range = corners.iter().find(|&&v| !usize::try_from(v).is_ok_and(|v| v < vertices));
+        reasons.extend(out_of_range.map(|v| format!("vertex {v} is out of range: there are {vertices}, from 0")));
+        let repeated = (1..corners.len()).find(|&i| corners[..i].contains(&corners[i])).map(|i| corners[i]);
+        reasons.extend(repeated.map(|v| format!("vertex {v} is a corner of it twice")));
+    }
+    reasons.iter().for_each(|reason| faults.push(place.clone(), reason));
+    reasons.is_empty()
+}
+
+/// Triangles without area, measured against the mesh. Triangles with unsound coordinates are passed over.
+pub(super) fn areas(positions: &[[f64; 3]], triangles: &[[u32; 3]], faults: &mut Faults) {
+    let corners = |triangle: &[u32; 3]| {
+        let corners = triangle.map(|v| positions[v as usize]);
+        corners.iter().all(|&p| is_sound(p)).then_some(corners)
+    };
+    let diagonal = diagonal(triangles.iter().filter_map(corners).flatten());
+    if !triangles.is_empty() && diagonal < SMALLEST_DIAGONAL {
+        let detail = format!("the mesh is only {diagonal:e} across: the least is {SMALLEST_DIAGONAL:e}");
+        return faults.push(Place::file(), detail);
+    }
+    for (t, triangle) in triangles.iter().enumerate() {
+        if corners(triangle).is_some_and(|c| is_degenerate(c, diagonal)) {
+            let [a, b, c] = triangle;
+            faults.push(Place::face(t), format!("the triangle of vertices {a}, {b}, {c} has no area"));
+        }
+    }
+}
+
+/// Diagonal of the box around the points; 0 where there are none.
+fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
+    let mut bounds: Option<[[f64; 3]; 2]> = None;
+    for p in points {
+        let [low, high] = bounds.unwrap_or([p, p]);
+        bounds = Some([0, 1].map(|end| {
+            [0, 1, 2].map(|axis: usize| if end == 0 { low[axis].min(p[axis]) } else { high[axis].max(p[axis]) })
+        }));
+    }
+    bounds.map_or(0.0, |[low, high]| length(subtract(high, low)))
+}
+
+fn is_degenerate([a, b, c]: [[f64; 3]; 3], diagonal: f64) -> bool {
+    let longest = length(subtract(b, a)).max(length(subtract(c, b))).max(length(subtract(a, c)));
+    longest <= SHORTEST * diagonal || length(cross(subtract(b, a), subtract(c, a))) <= THINNEST * longest * longest
+}
+
+/// Edges with more than two triangles.
+pub(super) fn crowded_edges(edges: &Edges, faults: &mut Faults) {
+    for edge in edges.iter() {
+        let mut half_edges = edge.half_edges();
+        let count = half_edges.len();
+        if let (3.., Some(first)) = (count, half_edges.next()) {
+            let [a, b] = edge.ends();
+            let place = Place { face: Some(edges::triangle_of(first) as u64), ..Place::edge(a, b) };
+            faults.push(place, format!("{count} triangles meet at this edge: an edge has one or two"));
+        }
+    }
+}
+
+/// Vertices whose triangles form more than one fan. Fans are joined across crowded edges too, so that one is not told
+/// of both its edge and its vertices.
+pub(super) fn fans(vertices: usize, triangles: &[[u32; 3]], edges: &Edges, faults: &mut Faults) {
+    // A corner is named by the half-edge that starts at it.
+    let mut corners = DisjointSets::new(3 * triangles.len());
+    for edge in edges.iter() {
+        let corner_at = |h, end: u32| if edges::ends(triangles, h)[0] == end { h } else { edges::next(h) };
+        for end in edge.ends() {
+            let mut at_end = edge.half_edges().map(|h| corner_at(h, end));
+            if let Some(first) = at_end.next() {
+                at_end.for_each(|other| corners.join(first, other));
+            }
+        }
+    }
+    let mut fans = vec![0u32; vertices];
+    for (corner, &vertex) in triangles.iter().flatten().enumerate() {
+        if corners.representative(corner as u32) == corner as u32 {
+            fans[vertex as usize] += 1;
+        }
+    }
+    for (v, fans) in fans.into_iter().enumerate().filter(|(_, fans)| *fans > 1) {
+        faults.push(Place::vertex(v), format!("{fans} separate fans of triangles meet at this vertex: one is allowed"));
+    }
+}
+
+/// Edges whose two triangles run along them in the same direction.
+pub(super) fn winding(triangles: &[[u32; 3]], edges: &Edges, faults: &mut Faults) {
+    for [g, h] in edges.pairs() {
+        let [a, b] = edges::ends(triangles, g);
+        if edges::ends(triangles, h) == [a, b] {
+            let place = Place { face: Some(edges::triangle_of(g) as u64), ..Place::edge(a, b) };
+            faults.push(place, "the two triangles at this edge are wound against each other");
+        }
+    }
+}
+
+/// For every triangle, the first triangle with the same vertices.
+pub(super) fn firsts(triangles: &[[u32; 3]]) -> Vec<usize> {
+    let mut order: Vec<([u32; 3], usize)> = triangles.iter().copied().enumerate().map(|(t, v)| (v, t)).collect();
+    order.iter_mut().for_each(|(vertices, _)| vertices.sort_unstable());
+    order.sort_unstable();
+    let mut firsts = vec![0; triangles.len()];
+    for same in order.chunk_by(|a, b| a.0 == b.0) {
+        same.iter().for_each(|&(_, t)| firsts[t] = same[0].1);
+    }
+    firsts
+}
