@@ -1,1 +1,247 @@
-//! 
+//! A drawing and the flat mesh made of it.
+//!
+//! Three ways in, [`from_outline`], [`from_svg`] and [`from_picture`], end in one: a clean [`outline`] with holes that
+//! is triangulated to a wanted number of vertices. Inside, y points up; answers are given in the coordinates of the
+//! upload, which for SVG and pictures have y down.
+
+mod arrangement;
+mod contour;
+pub mod outline;
+mod picture;
+mod refusal;
+mod ring;
+mod simplification;
+mod svg;
+mod triangulation;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::mesh::TriangleMesh;
+use outline::{Drawing, Figure};
+pub use refusal::{Fault, Refusal, Warning, WarningCode};
+
+/// Vertices of a sketch where the request names no number.
+pub const DEFAULT_TARGET_VERTICES: usize = 800;
+
+/// The numbers of vertices that can be asked for.
+pub const TARGET_VERTICES: std::ops::RangeInclusive<usize> = 50..=20_000;
+
+/// Holes of a picture or an SVG of less than this part of the figure's area are filled.
+const TINY_HOLE: f64 = 4e-4;
+
+/// What an upload may cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// Points of an outline and its holes together, also of one found in a picture or an SVG.
+    pub max_points: usize,
+    /// Bytes of an SVG document.
+    pub max_svg_bytes: usize,
+    /// Pixels of a picture along one side.
+    pub max_picture_side: u32,
+    /// Pixels of a picture.
+    pub max_picture_pixels: u64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { max_points: 100_000, max_svg_bytes: 16 << 20, max_picture_side: 8192, max_picture_pixels: 64 << 20 }
+    }
+}
+
+/// Which way y points in the coordinates a sketch was uploaded in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum YAxis {
+    /// JSON outlines.
+    Up,
+    /// SVG user units and pixels.
+    Down,
+}
+
+impl YAxis {
+    /// A point seen with y up from one with y as in the upload, or the reverse: it is its own inverse.
+    fn flipped(self, [x, y]: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Up => [x, y],
+            Self::Down => [x, -y],
+        }
+    }
+}
+
+/// A triangulated figure in the plane: z = 0, y up, triangles counter-clockwise, one component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sketch {
+    mesh: TriangleMesh,
+    y_axis: YAxis,
+}
+
+/// A sketch made of an upload, and what was mended or left out on the way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    pub sketch: Sketch,
+    pub warnings: Vec<Warning>,
+}
+
+impl Sketch {
+    /// The sketch that a stored mesh is.
+    ///
+    /// # Errors
+    /// A vertex off the plane or of no triangle, a clockwise triangle, several components, no triangle.
+    pub fn new(mesh: TriangleMesh, y_axis: YAxis) -> Result<Self, Refusal> {
+        if mesh.triangles().is_empty() {
+            return Err(Refusal::plain("the sketch has no triangles"));
+        }
+        if let Some(vertex) = mesh.positions().iter().position(|p| p[2] != 0.0) {
+            return Err(Refusal::plain(format!("vertex {vertex} does not lie in the plane z = 0")));
+        }
+        if let Some(triangle) = mesh.triangles().iter().position(|&t| doubled_area(&mesh, t) <= 0.0) {
+            return Err(Refusal::plain(format!("triangle {triangle} is not counter-clockwise")));
+        }
+        if !is_connected(&mesh) {
+            return Err(Refusal::plain("the sketch is not one connected figure"));
+        }
+        Ok(Self { mesh, y_axis })
+    }
+
+    /// The mesh: z = 0, y up.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    pub fn y_axis(&self) -> YAxis {
+        self.y_axis
+    }
+
+    /// A vertex in the coordinates of the upload.
+    ///
+    /// # Panics
+    /// When the sketch has no such vertex.
+    pub fn point(&self, vertex: usize) -> [f64; 2] {
+        let [x, y, _] = self.mesh.positions()[vertex];
+        self.y_axis.flipped([x, y])
+    }
+
+    /// A point of the upload in the coordinates of the mesh.
+    pub fn to_internal(&self, point: [f64; 2]) -> [f64; 2] {
+        self.y_axis.flipped(point)
+    }
+
+    /// The same for sketches of the same vertices, triangles and direction of y.
+    pub fn content_hash(&self) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"sketch 1").update(&[self.y_axis as u8]);
+        hasher.update(&(self.mesh.positions().len() as u64).to_le_bytes());
+        self.mesh.positions().iter().flatten().for_each(|x| {
+            hasher.update(&x.to_le_bytes());
+        });
+        self.mesh.triangles().iter().flatten().for_each(|v| {
+            hasher.update(&v.to_le_bytes());
+        });
+        hasher.finalize()
+    }
+}
+
+/// The sketch of an outline with holes, y up, with about `target_vertices` vertices.
+///
+/// # Errors
+/// A number of vertices out of [`TARGET_VERTICES`], and all that [`Figure::new`] names.
+pub fn from_outline(drawing: &Drawing, target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
+    check_target(target_vertices)?;
+    let (figure, mut warnings) = Figure::new(drawing, config)?;
+    let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Up)?;
+    warnings.extend(given_up);
+    Ok(Imported { sketch, warnings })
+}
+
+/// The sketch of the largest figure in an SVG document, in user units of its `viewBox`.
+///
+/// # Errors
+/// A number of vertices out of [`TARGET_VERTICES`]; a document that cannot be read, is too large, or shows no figure.
+pub fn from_svg(bytes: &[u8], target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
+    check_target(target_vertices)?;
+    let (drawing, mut warnings) = svg::drawing(bytes, config)?;
+    let figure = match drawn_figure(&drawing, config) {
+        Ok(figure) => figure,
+        Err(refusal) => {
+            let (joined, joints) = svg::joined(&drawing)?;
+            warnings.extend(joints);
+            drawn_figure(&joined, config).map_err(|_| refusal)?
+        }
+    };
+    let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Down)?;
+    warnings.extend(given_up);
+    Ok(Imported { sketch, warnings })
+}
+
+/// The sketch of the largest figure in a PNG or JPEG picture, in pixels: the centre of the first is (0.5, 0.5).
+///
+/// # Errors
+/// A number of vertices out of [`TARGET_VERTICES`]; a picture that cannot be read, is too large, or shows no figure.
+pub fn from_picture(bytes: &[u8], target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
+    check_target(target_vertices)?;
+    let (drawing, mut warnings) = picture::drawing(bytes, config)?;
+    let figure = drawn_figure(&drawing, config)?;
+    let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Down)?;
+    warnings.extend(given_up);
+    Ok(Imported { sketch, warnings })
+}
+
+/// The figure of a drawing with y down. What is wrong with it has a place but no pointer: nobody wrote its points.
+fn drawn_figure(drawing: &Drawing, config: &Config) -> Result<Figure, Refusal> {
+    let up = |ring: &Vec<[f64; 2]>| ring.iter().map(|&point| YAxis::Down.flipped(point)).collect();
+    let drawing = Drawing { outline: up(&drawing.outline), holes: drawing.holes.iter().map(up).collect() };
+    let placed = |fault: Fault| Fault { pointer: None, point: fault.point.map(|p| YAxis::Down.flipped(p)), ..fault };
+    match Figure::new(&drawing, config) {
+        Ok((figure, _)) => Ok(figure),
+        Err(refusal) => Err(Refusal { faults: refusal.faults.into_iter().map(placed).collect() }),
+    }
+}
+
+fn check_target(target_vertices: usize) -> Result<(), Refusal> {
+    if TARGET_VERTICES.contains(&target_vertices) {
+        return Ok(());
+    }
+    let (least, most) = (TARGET_VERTICES.start(), TARGET_VERTICES.end());
+    let detail = format!("{target_vertices} vertices; from {least} to {most} can be asked for");
+    Err(Refusal { faults: vec![Fault::of("/target_vertices", detail)] })
+}
+
+fn of_figure(figure: &Figure, target_vertices: usize, y_axis: YAxis) -> Result<(Sketch, Vec<Warning>), Refusal> {
+    let (flat, warnings) = triangulation::triangulated(&figure.rings, target_vertices)?;
+    let positions = flat.points.iter().map(|&point| figure.frame.from_unit(point)).map(|[x, y]| [x, y, 0.0]).collect();
+    let mesh = TriangleMesh::new(positions, flat.triangles)
+        .map_err(|error| Refusal::plain(format!("the figure is too thin to be triangulated: {error}")))?;
+    Ok((Sketch::new(mesh, y_axis)?, warnings))
+}
+
+/// Twice the signed area of a triangle in the plane.
+fn doubled_area(mesh: &TriangleMesh, triangle: [u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|v| mesh.positions()[v as usize]).map(|[x, y, _]| [x, y]);
+    ring::cross(ring::difference(b, a), ring::difference(c, a))
+}
+
+/// Whether the triangles join all vertices.
+fn is_connected(mesh: &TriangleMesh) -> bool {
+    let mut parent: Vec<usize> = (0..mesh.positions().len()).collect();
+    let mut components = parent.len();
+    for &[a, b, c] in mesh.triangles() {
+        for (u, v) in [(a, b), (b, c)] {
+            let [u, v] = [u, v].map(|vertex| root(&mut parent, vertex as usize));
+            if u != v {
+                parent[u] = v;
+                components -= 1;
+            }
+        }
+    }
+    components == 1
+}
+
+/// The representative of a vertex's component, halving the path to it.
+fn root(parent: &mut [usize], mut vertex: usize) -> usize {
+    while parent[vertex] != vertex {
+        parent[vertex] = parent[parent[vertex]];
+        vertex = parent[vertex];
+    }
+    vertex
+}

@@ -1,0 +1,296 @@
+//! A drawing given as points, and the clean figure it bounds.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::Config;
+use super::arrangement::{Arrangement, Conflict, Contact, Place};
+use super::refusal::{Fault, MAX_FAULTS, Refusal, Warning, WarningCode};
+use super::ring::{Mended, Ring, cross, difference};
+
+/// Coordinates beyond this leave no room for exact arithmetic.
+const MAX_COORDINATE: f64 = 1e12;
+
+/// A figure smaller than this part of its distance from the origin has lost its digits there.
+const MIN_RELATIVE_SIZE: f64 = 1e-9;
+
+/// The least share of its bounding square that a figure fills; below it there is nothing to match.
+const MIN_AREA: f64 = 1e-9;
+
+/// A sketch as it is sent in JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OutlineRequest {
+    /// Corners of the outer line, y up, in either direction; the last is joined to the first.
+    #[schema(value_type = Vec<Vec<f64>>, min_items = 3)]
+    pub outline: Vec<[f64; 2]>,
+    /// Lines inside the outline whose insides do not belong to the figure.
+    #[serde(default)]
+    #[schema(value_type = Vec<Vec<Vec<f64>>>)]
+    pub holes: Vec<Vec<[f64; 2]>>,
+    /// Vertices of the triangulation, 50 to 20,000, met within 10 % on ordinary outlines.
+    #[serde(default = "default_target")]
+    #[schema(minimum = 50, maximum = 20000, default = 800)]
+    pub target_vertices: usize,
+}
+
+fn default_target() -> usize {
+    super::DEFAULT_TARGET_VERTICES
+}
+
+impl OutlineRequest {
+    /// The drawing and the wanted number of vertices.
+    pub fn into_parts(self) -> (Drawing, usize) {
+        (Drawing { outline: self.outline, holes: self.holes }, self.target_vertices)
+    }
+}
+
+/// One outer line and lines inside it that bound holes, y up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drawing {
+    pub outline: Vec<[f64; 2]>,
+    pub holes: Vec<Vec<[f64; 2]>>,
+}
+
+/// A clean figure: an outline counter-clockwise, then holes clockwise, that meet nowhere, in the unit square.
+pub(super) struct Figure {
+    pub rings: Vec<Vec<[f64; 2]>>,
+    pub frame: Frame,
+}
+
+/// Where the unit square of a figure lies in the drawing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    centre: [f64; 2],
+    size: f64,
+}
+
+impl Frame {
+    fn around(points: &[[f64; 2]]) -> Self {
+        let low = [0, 1].map(|axis| points.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min));
+        let high = [0, 1].map(|axis| points.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max));
+        let [width, height] = difference(high, low);
+        Self { centre: [0, 1].map(|axis| 0.5 * (low[axis] + high[axis])), size: width.max(height) }
+    }
+
+    fn to_unit(self, point: [f64; 2]) -> [f64; 2] {
+        // Next to nothing is nothing: the exact predicates underflow below 2⁻¹⁴².
+        difference(point, self.centre).map(|x| x / self.size).map(|x| if x.abs() < 1e-30 { 0.0 } else { x })
+    }
+
+    /// The point of the drawing that lies at `point` of the unit square.
+    pub fn from_unit(self, point: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| self.centre[axis] + self.size * point[axis])
+    }
+}
+
+impl Figure {
+    /// The figure that a drawing bounds, and what was mended: a repeated closing point, repeated points, points in the
+    /// middle of straight lines, spikes of no width, a clockwise outline.
+    ///
+    /// Rings may not share a single point, not even with themselves: where a figure touches itself its surface is not
+    /// a manifold there, and which parts belong together is for the drawer to say.
+    ///
+    /// # Errors
+    /// Too many points; coordinates that are not finite or huge; rings that bound no area, cross or touch; holes that
+    /// do not lie in the outline or lie in another hole. Each with its place.
+    pub fn new(drawing: &Drawing, config: &Config) -> Result<(Self, Vec<Warning>), Refusal> {
+        let rings: Vec<&[[f64; 2]]> =
+            std::iter::once(&drawing.outline).chain(&drawing.holes).map(Vec::as_slice).collect();
+        refuse(size_faults(&rings, config))?;
+        refuse(coordinate_faults(&rings))?;
+        let frame = Frame::around(&drawing.outline);
+        refuse(frame_faults(frame))?;
+        let (clean, mended): (Vec<Ring>, Vec<Mended>) = rings
+            .iter()
+            .map(|ring| Ring::mended(&ring.iter().map(|&point| frame.to_unit(point)).collect::<Vec<_>>()))
+            .unzip();
+        refuse(empty_faults(&clean))?;
+        refuse(reach_faults(&clean))?;
+        let points: Vec<Vec<[f64; 2]>> = clean.iter().map(|ring| ring.points.clone()).collect();
+        let depths = match Arrangement::new(&points, MAX_FAULTS) {
+            Ok(arrangement) => arrangement.depths(),
+            Err(conflict) => return Err(Uploaded { rings, clean }.refusal(conflict)),
+        };
+        refuse(nesting_faults(&depths))?;
+        refuse(area_faults(&clean))?;
+        let mut warnings: Vec<Warning> = (0..).zip(mended).flat_map(|(ring, mended)| mended.warnings(ring)).collect();
+        if clean[0].signed_area() < 0.0 {
+            warnings.push(Warning::new(WarningCode::Orientation, "the outline ran clockwise and was turned round"));
+        }
+        let rings = (0..).zip(clean).map(|(i, ring)| oriented(ring, i == 0)).collect();
+        Ok((Self { rings, frame }, warnings))
+    }
+}
+
+/// The ring's points counter-clockwise or clockwise.
+fn oriented(ring: Ring, counter_clockwise: bool) -> Vec<[f64; 2]> {
+    let turned = (ring.signed_area() > 0.0) != counter_clockwise;
+    if turned { ring.reversed().points } else { ring.points }
+}
+
+fn refuse(faults: Vec<Fault>) -> Result<(), Refusal> {
+    if faults.is_empty() { Ok(()) } else { Err(Refusal { faults }) }
+}
+
+/// JSON pointer of a ring: the outline, then the holes.
+fn ring_pointer(ring: usize) -> String {
+    if ring == 0 { "/outline".into() } else { format!("/holes/{}", ring - 1) }
+}
+
+fn point_pointer(ring: usize, point: usize) -> String {
+    format!("{}/{point}", ring_pointer(ring))
+}
+
+fn size_faults(rings: &[&[[f64; 2]]], config: &Config) -> Vec<Fault> {
+    let points: usize = rings.iter().map(|ring| ring.len()).sum();
+    if points > config.max_points {
+        return vec![Fault::plain(format!("{points} points; at most {} are taken", config.max_points))];
+    }
+    let few = (0..).zip(rings).filter(|(_, ring)| ring.len() < 3);
+    few.map(|(i, ring)| Fault::of(ring_pointer(i), format!("{} points; a closed line needs three", ring.len())))
+        .take(MAX_FAULTS)
+        .collect()
+}
+
+fn coordinate_faults(rings: &[&[[f64; 2]]]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (ring, points) in rings.iter().enumerate() {
+        let bad = points.iter().enumerate().filter(|(_, p)| p.iter().any(|x| !(x.abs() <= MAX_COORDINATE)));
+        faults.extend(bad.take(MAX_FAULTS).map(|(i, &[x, y])| {
+            let detail = format!("({x}, {y}) is not a point: coordinates must be numbers within ±{MAX_COORDINATE:e}");
+            Fault::of(point_pointer(ring, i), detail)
+        }));
+    }
+    faults.truncate(MAX_FAULTS);
+    faults
+}
+
+fn frame_faults(frame: Frame) -> Vec<Fault> {
+    let distance = frame.centre[0].abs().max(frame.centre[1].abs());
+    let detail = if frame.size == 0.0 {
+        "all points lie at one place"
+    } else if frame.size < MIN_RELATIVE_SIZE * distance || frame.size < f64::MIN_POSITIVE / f64::EPSILON {
+        "the figure is too small for its distance from the origin: its points cannot be told apart"
+    } else {
+        return Vec::new();
+    };
+    vec![Fault::of("/outline", detail)]
+}
+
+fn empty_faults(rings: &[Ring]) -> Vec<Fault> {
+    let empty = rings.iter().enumerate().filter(|(_, ring)| ring.points.len() < 3);
+    empty
+        .map(|(i, _)| Fault::of(ring_pointer(i), "the line encloses nothing: it has fewer than three distinct corners"))
+        .take(MAX_FAULTS)
+        .collect()
+}
+
+/// Holes that reach out of the outline's bounding square.
+fn reach_faults(rings: &[Ring]) -> Vec<Fault> {
+    let outside = |ring: &&(usize, &Ring)| ring.1.points.iter().flatten().any(|x| x.abs() > 0.5 + 1e-9);
+    let numbered: Vec<(usize, &Ring)> = rings.iter().enumerate().collect();
+    let faults =
+        numbered.iter().filter(outside).map(|(i, _)| Fault::of(ring_pointer(*i), "the hole leaves the outline"));
+    faults.take(MAX_FAULTS).collect()
+}
+
+fn nesting_faults(depths: &[usize]) -> Vec<Fault> {
+    let holes = depths.iter().enumerate().skip(1).filter(|&(_, &depth)| depth != 1);
+    holes
+        .map(|(i, &depth)| {
+            let detail =
+                if depth == 0 { "the hole lies outside of the outline" } else { "the hole lies in another hole" };
+            Fault::of(ring_pointer(i), detail)
+        })
+        .take(MAX_FAULTS)
+        .collect()
+}
+
+fn area_faults(rings: &[Ring]) -> Vec<Fault> {
+    let holes: f64 = rings[1..].iter().map(|ring| ring.signed_area().abs()).sum();
+    if rings[0].signed_area().abs() - holes < MIN_AREA {
+        return vec![Fault::of("/outline", "the figure has no area to speak of")];
+    }
+    Vec::new()
+}
+
+impl Mended {
+    fn warnings(self, ring: usize) -> Vec<Warning> {
+        let ring = ring_pointer(ring);
+        let kinds = [
+            (self.closing, WarningCode::ClosingPointRepeated, "repeats the first point at its end; it was left out"),
+            (self.repeated, WarningCode::RepeatedPoints, "points that repeat the one before were left out"),
+            (self.collinear, WarningCode::CollinearPoints, "points in the middle of straight lines were left out"),
+            (self.spikes, WarningCode::Spikes, "tips of spikes without width were left out"),
+        ];
+        let found = kinds.into_iter().filter(|&(count, ..)| count > 0);
+        found
+            .map(|(count, code, detail)| {
+                let number =
+                    if code == WarningCode::ClosingPointRepeated { String::new() } else { format!("{count} ") };
+                Warning::new(code, format!("{ring}: {number}{detail}"))
+            })
+            .collect()
+    }
+}
+
+/// A drawing beside its mended rings: what is found in these is told in terms of that.
+struct Uploaded<'a> {
+    rings: Vec<&'a [[f64; 2]]>,
+    clean: Vec<Ring>,
+}
+
+impl Uploaded<'_> {
+    fn refusal(&self, conflict: Conflict) -> Refusal {
+        match conflict {
+            Conflict::Contacts(contacts) => {
+                Refusal { faults: contacts.into_iter().map(|contact| self.fault(contact)).collect() }
+            }
+            Conflict::Coordinate(error) => Refusal::plain(format!("a coordinate cannot be used: {error}")),
+        }
+    }
+
+    fn fault(&self, contact: Contact) -> Fault {
+        match contact {
+            Contact::Points(a, b) => {
+                Fault::of(self.pointer(b), format!("the point is {} once more: lines may not touch", self.pointer(a)))
+                    .at(self.point(b))
+            }
+            Contact::EdgePoint(edge, point) => {
+                let detail =
+                    format!("the line to the next point runs through {}: lines may not touch", self.pointer(point));
+                Fault::of(self.pointer(edge), detail).at(self.point(point))
+            }
+            Contact::Edges(a, b) => {
+                let [from, to] = [a, self.after(a)].map(|place| self.pointer(place));
+                let detail = format!("the line to the next point crosses the line from {from} to {to}");
+                Fault::of(self.pointer(b), detail).at(self.crossing(a, b))
+            }
+        }
+    }
+
+    fn after(&self, Place { ring, position }: Place) -> Place {
+        Place { ring, position: (position + 1) % self.clean[ring].points.len() }
+    }
+
+    fn origin(&self, Place { ring, position }: Place) -> usize {
+        self.clean[ring].origin[position]
+    }
+
+    fn pointer(&self, place: Place) -> String {
+        point_pointer(place.ring, self.origin(place))
+    }
+
+    fn point(&self, place: Place) -> [f64; 2] {
+        self.rings[place.ring][self.origin(place)]
+    }
+
+    /// Where two edges that cross do so.
+    fn crossing(&self, a: Place, b: Place) -> [f64; 2] {
+        let [p, r] = [self.point(a), self.point(b)];
+        let [u, v] = [difference(self.point(self.after(a)), p), difference(self.point(self.after(b)), r)];
+        let t = cross(difference(r, p), v) / cross(u, v);
+        if t.is_finite() { [0, 1].map(|axis| p[axis] + t * u[axis]) } else { p }
+    }
+}
