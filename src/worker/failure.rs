@@ -53,7 +53,9 @@ impl From<MatchError> for Failure {
     fn from(error: MatchError) -> Failure {
         match error {
             MatchError::Cancelled => Failure::Stopped,
-            MatchError::Faults(faults) => Failure::refused("the match cannot be carried out as it is asked for", &faults),
+            MatchError::Faults(faults) => {
+                Failure::refused("the match cannot be carried out as it is asked for", &faults)
+            }
             MatchError::Spectral(error) => error.into(),
         }
     }
