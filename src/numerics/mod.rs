@@ -1,10 +1,28 @@
 //! Solvers that know operators, not meshes.
 //!
-//! Dense matrices are `faer::Mat<f64>`, sparse operators `sprs::CsMat<f64>`; every call into faer that takes a
-//! parallelism runs with `Par::Seq`, so that results are the same bytes whatever the thread count.
+//! Dense matrices are `faer::Mat<f64>`, sparse operators `sprs::CsMat<f64>`. faer is built without threads and every
+//! call that takes a parallelism runs with `Par::Seq`, so that results are the same bytes whatever the thread count.
 
+pub mod block_lanczos;
+pub mod cholesky;
+
+pub mod conjugate_gradient;
+pub mod cosamp;
+pub mod least_squares;
+pub mod proximal_gradient;
+pub mod proximal_operators;
+
+mod decomposition_error;
+mod frobenius;
 mod report;
+mod stopping;
 mod watch;
 
+#[cfg(test)]
+pub(crate) mod random;
+
+pub use decomposition_error::DecompositionError;
+pub use frobenius::inner_product;
 pub use report::{Report, Stopped};
+pub use stopping::Stopping;
 pub use watch::{Cancelled, Unwatched, Watch};

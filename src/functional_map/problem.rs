@@ -1,0 +1,214 @@
+//! The data term ‖C A − B‖²_F.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par, Scale, Side};
+
+use super::MapError;
+use crate::numerics::{DecompositionError, inner_product, least_squares};
+
+/// The data term f(C) = ‖C A − B‖²_F of a functional map C (l × k), for A (k × q) and B (l × q).
+///
+/// Only the Gram matrices are kept, k² + k l numbers whatever q; constraints are added in blocks of columns.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// A Aᵀ, k × k.
+    gram: Mat<f64>,
+    /// B Aᵀ, l × k.
+    cross: Mat<f64>,
+    /// ‖B‖²_F.
+    constant: f64,
+}
+
+impl Problem {
+    /// The problem without constraints for C with `rows` = l and `columns` = k.
+    pub fn unconstrained(rows: usize, columns: usize) -> Self {
+        Problem { gram: Mat::zeros(columns, columns), cross: Mat::zeros(rows, columns), constant: 0.0 }
+    }
+
+    /// The problem of A (k × q) and B (l × q).
+    ///
+    /// # Errors
+    /// As [`Problem::constrain`].
+    pub fn new(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Result<Self, MapError> {
+        let mut problem = Problem::unconstrained(b.nrows(), a.nrows());
+        problem.constrain(a, b)?;
+        Ok(problem)
+    }
+
+    /// The problem of `gram` = A Aᵀ (k × k), `cross` = B Aᵀ (l × k) and `constant` = ‖B‖²_F.
+    ///
+    /// # Errors
+    /// [`MapError`] if `gram` is not k × k or an entry is not finite.
+    pub fn from_grams(gram: Mat<f64>, cross: Mat<f64>, constant: f64) -> Result<Self, MapError> {
+        check("A Aᵀ", gram.as_ref(), (cross.ncols(), cross.ncols()))?;
+        check("B Aᵀ", cross.as_ref(), cross.shape())?;
+        check("‖B‖²", Mat::full(1, 1, constant).as_ref(), (1, 1))?;
+        Ok(Problem { gram, cross, constant })
+    }
+
+    /// Adds a block of constraints C a = b, a k × p and b l × p.
+    ///
+    /// # Errors
+    /// [`MapError`] if a shape does not fit or an entry is not finite; the problem is then as it was.
+    pub fn constrain(&mut self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Result<(), MapError> {
+        check("A", a, (self.columns(), a.ncols()))?;
+        check("B", b, (self.rows(), a.ncols()))?;
+        matmul(&mut self.gram, Accum::Add, a, a.transpose(), 1.0, Par::Seq);
+        matmul(&mut self.cross, Accum::Add, b, a.transpose(), 1.0, Par::Seq);
+        self.constant += b.squared_norm_l2();
+        Ok(())
+    }
+
+    /// l, the rows of C.
+    pub fn rows(&self) -> usize {
+        self.cross.nrows()
+    }
+
+    /// k, the columns of C.
+    pub fn columns(&self) -> usize {
+        self.cross.ncols()
+    }
+
+    /// A Aᵀ, k × k.
+    pub fn gram(&self) -> MatRef<'_, f64> {
+        self.gram.as_ref()
+    }
+
+    /// B Aᵀ, l × k.
+    pub fn cross(&self) -> MatRef<'_, f64> {
+        self.cross.as_ref()
+    }
+
+    /// ‖B‖²_F, the part of the data term that does not depend on C.
+    pub fn constant(&self) -> f64 {
+        self.constant
+    }
+
+    /// ‖C A − B‖²_F, never negative; exact to rounding of ‖B‖²_F and ‖C A‖²_F.
+    pub fn value(&self, c: MatRef<'_, f64>) -> f64 {
+        (self.constant + self.variable(c)).max(0.0)
+    }
+
+    /// ‖C A − B‖²_F − ‖B‖²_F = ⟨C A Aᵀ − 2 B Aᵀ, C⟩: what solvers compare, free of the rounding of a large ‖B‖.
+    pub fn variable(&self, c: MatRef<'_, f64>) -> f64 {
+        inner_product((c * &self.gram - Scale(2.0) * &self.cross).as_ref(), c)
+    }
+
+    /// 2 C A Aᵀ − 2 B Aᵀ, l × k, eq. 3.30.
+    pub fn gradient(&self, c: MatRef<'_, f64>) -> Mat<f64> {
+        Scale(2.0) * (c * &self.gram - &self.cross)
+    }
+
+    /// L = 2 σ_max(A Aᵀ), the Lipschitz constant of the gradient.
+    ///
+    /// # Errors
+    /// [`MapError::Decomposition`] if the eigenvalues of A Aᵀ do not converge.
+    pub fn lipschitz(&self) -> Result<f64, MapError> {
+        let eigenvalues = self.gram.self_adjoint_eigenvalues(Side::Lower);
+        let eigenvalues = eigenvalues.map_err(|_| DecompositionError::Eigenvalues { size: self.columns() })?;
+        Ok(2.0 * eigenvalues.into_iter().fold(0.0, f64::max))
+    }
+}
+
+/// C⁰ of eq. 2.13 (l × k): the C of least norm among the minimisers of the data term.
+///
+/// # Errors
+/// [`MapError::Decomposition`] if the eigenvalues of A Aᵀ do not converge.
+pub fn least_squares(problem: &Problem) -> Result<Mat<f64>, MapError> {
+    Ok(least_squares::minimum_norm(problem.gram(), problem.cross())?)
+}
+
+/// Whether a matrix has the wanted number of rows and columns, and finite entries only.
+pub(super) fn check(matrix: &'static str, entries: MatRef<'_, f64>, wanted: (usize, usize)) -> Result<(), MapError> {
+    let found = entries.shape();
+    if found != wanted {
+        return Err(MapError::Shape { matrix, found, wanted });
+    }
+    for (column, values) in entries.col_iter().enumerate() {
+        if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+            return Err(MapError::NotFinite { matrix, row, column });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::random;
+
+    fn example() -> (Mat<f64>, Mat<f64>, Mat<f64>, Problem) {
+        let (a, b) = (random::normal(4, 30, 1), random::normal(6, 30, 2));
+        let problem = Problem::new(a.as_ref(), b.as_ref()).unwrap();
+        (a, b, random::normal(6, 4, 3), problem)
+    }
+
+    #[test]
+    fn the_value_is_that_of_the_matrices() {
+        let (a, b, c, problem) = example();
+        let direct = (&c * a - b).squared_norm_l2();
+        assert!((problem.value(c.as_ref()) - direct).abs() < 1e-12 * direct);
+    }
+
+    #[test]
+    fn the_value_of_an_exact_map_is_zero_and_not_negative() {
+        for seed in 0..20 {
+            let (a, c) = (random::ill_conditioned(5, 50, 1e4, seed), random::normal(7, 5, seed + 100));
+            let problem = Problem::new(a.as_ref(), (&c * &a).as_ref()).unwrap();
+            let value = problem.value(c.as_ref());
+            assert!((0.0..1e-13 * problem.constant()).contains(&value), "{value}");
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_the_slope_of_the_value() {
+        let (_, _, c, problem) = example();
+        let (direction, step) = (random::normal(6, 4, 4), 1e-5);
+        let difference =
+            problem.value((&c + step * &direction).as_ref()) - problem.value((&c - step * &direction).as_ref());
+        let slope = inner_product(problem.gradient(c.as_ref()).as_ref(), direction.as_ref());
+        assert!((difference / (2.0 * step) - slope).abs() < 1e-5 * slope.abs());
+    }
+
+    #[test]
+    fn the_lipschitz_constant_is_reached_and_not_exceeded() {
+        let (a, _, _, problem) = example();
+        let lipschitz = problem.lipschitz().unwrap();
+        let largest = a.singular_values().unwrap()[0];
+        assert!((lipschitz - 2.0 * largest * largest).abs() < 1e-10 * lipschitz);
+    }
+
+    #[test]
+    fn blocks_of_constraints_add_up() {
+        let (a, b, c, problem) = example();
+        let mut blockwise = Problem::unconstrained(6, 4);
+        for start in [0, 10, 20] {
+            blockwise.constrain(a.subcols(start, 10), b.subcols(start, 10)).unwrap();
+        }
+        let grams =
+            Problem::from_grams(problem.gram().to_owned(), problem.cross().to_owned(), problem.constant()).unwrap();
+        let value = problem.value(c.as_ref());
+        assert!((blockwise.value(c.as_ref()) - value).abs() < 1e-12 * value);
+        assert_eq!(grams.value(c.as_ref()), value);
+    }
+
+    #[test]
+    fn least_squares_has_no_gradient() {
+        let problem = example().3;
+        let c = least_squares(&problem).unwrap();
+        assert!(problem.gradient(c.as_ref()).norm_max() < 1e-10);
+    }
+
+    #[test]
+    fn matrices_that_do_not_fit_are_named() {
+        let (a, mut b) = (random::normal(4, 30, 1), random::normal(6, 29, 2));
+        let error = Problem::new(a.as_ref(), b.as_ref()).unwrap_err();
+        assert_eq!(error, MapError::Shape { matrix: "B", found: (6, 29), wanted: (6, 30) });
+        b = random::normal(6, 30, 2);
+        b[(5, 7)] = f64::NAN;
+        let error = Problem::new(a.as_ref(), b.as_ref()).unwrap_err();
+        assert_eq!(error, MapError::NotFinite { matrix: "B", row: 5, column: 7 });
+        assert!(Problem::from_grams(Mat::zeros(3, 3), Mat::zeros(5, 4), 0.0).is_err());
+        assert!(Problem::from_grams(Mat::zeros(4, 4), Mat::zeros(5, 4), f64::INFINITY).is_err());
+    }
+}

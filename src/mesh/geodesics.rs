@@ -1,0 +1,148 @@
+//! Geodesic distances on a triangle mesh by fast marching.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::{TriangleMesh, length, subtract};
+
+/// Share by which a distance has to fall to be corrected.
+const CORRECTION: f64 = 1e-9;
+/// Corrections per vertex after which the front is stopped. Well-shaped meshes need none, meshes of needles about five.
+const PATIENCE: usize = 64;
+
+/// The geodesic distance of every vertex from the nearest source, infinite where no source reaches: one march of
+/// [`Marching`].
+///
+/// # Panics
+/// Where a source is not a vertex of the mesh.
+pub fn distances(mesh: &TriangleMesh, sources: &[u32]) -> Vec<f64> {
+    Marching::new(mesh).distances(sources)
+}
+
+/// A mesh prepared for fast marching from any number of sources [KS98].
+///
+/// The front passes a triangle as the circle around a point source unfolded into the triangle's plane [NK02], which is
+/// exact on flat ground. At an obtuse corner it may come to the tip before it comes to an end of the base; such a tip
+/// is corrected when the end is known, and the correction handed on.
+pub struct Marching {
+    corners: Vec<Corner>,
+    /// For every vertex, the corners it carries the front to.
+    carried: Vec<Vec<u32>>,
+}
+
+impl Marching {
+    /// The mesh laid out corner by corner; O(n).
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let turns = mesh.triangles().iter().flat_map(|&[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]);
+        let corners: Vec<Corner> = turns.map(|[tip, left, right]| Corner::new(mesh, tip, [left, right])).collect();
+        let mut carried = vec![Vec::new(); mesh.positions().len()];
+        for (i, corner) in (0u32..).zip(&corners) {
+            for vertex in corner.base {
+                carried[vertex as usize].push(i);
+            }
+        }
+        Self { corners, carried }
+    }
+
+    /// The geodesic distance of every vertex from the nearest source, infinite where no source reaches; O(n log n).
+    ///
+    /// # Panics
+    /// Where a source is not a vertex of the mesh.
+    pub fn distances(&self, sources: &[u32]) -> Vec<f64> {
+        let mut distances = vec![f64::INFINITY; self.carried.len()];
+        let mut front = BinaryHeap::new();
+        for &vertex in sources {
+            distances[vertex as usize] = 0.0;
+            front.push(Arrival { distance: 0.0, vertex });
+        }
+        let mut patience = PATIENCE * self.carried.len();
+        while let Some(Arrival { distance, vertex }) = front.pop().filter(|_| patience > 0) {
+            if distance > distances[vertex as usize] {
+                continue;
+            }
+            patience -= 1;
+            for &corner in &self.carried[vertex as usize] {
+                let corner = &self.corners[corner as usize];
+                let distance = corner.distance(corner.base.map(|v| distances[v as usize]));
+                let known = &mut distances[corner.tip as usize];
+                if distance < *known * (1.0 - CORRECTION) {
+                    *known = distance;
+                    front.push(Arrival { distance, vertex: corner.tip });
+                }
+            }
+        }
+        distances
+    }
+}
+
+/// A vertex, the tip, and two others that carry the front to it, in a plane where `base[0]` is the origin and `base[1]`
+/// lies on the x-axis, `width` away.
+struct Corner {
+    tip: u32,
+    base: [u32; 2],
+    width: f64,
+    /// Lengths of the edges from the tip to the ends of the base.
+    sides: [f64; 2],
+    at: [f64; 2],
+}
+
+impl Corner {
+    fn new(mesh: &TriangleMesh, tip: u32, base: [u32; 2]) -> Self {
+        let [p, a, b] = [tip, base[0], base[1]].map(|v| mesh.positions()[v as usize]);
+        let (sides, width) = ([a, b].map(|end| length(subtract(p, end))), length(subtract(b, a)));
+        Self { tip, base, width, sides, at: apex(sides, width) }
+    }
+
+    /// The distance of the tip, given those of the base: infinite for an end the front has not passed.
+    fn distance(&self, ends: [f64; 2]) -> f64 {
+        let along_edges = (ends[0] + self.sides[0]).min(ends[1] + self.sides[1]);
+        if ends.iter().all(|d| d.is_finite()) { self.across(ends).min(along_edges) } else { along_edges }
+    }
+
+    /// The distance of the tip from the point below the base that is as far from its ends as they are from the source;
+    /// infinite where there is no such point or the straight line from it misses the base.
+    fn across(&self, ends: [f64; 2]) -> f64 {
+        let [x, depth] = apex(ends, self.width);
+        let (reach, rise) = (self.at[0] - x, self.at[1] + depth);
+        let crossing = x + reach * depth / rise;
+        // Without such a point the depth is not a number, and neither is the crossing.
+        if (0.0..=self.width).contains(&crossing) { reach.hypot(rise) } else { f64::INFINITY }
+    }
+}
+
+/// Where on the x-axis, and how far off it, a point is that is `a` and `b` away from the ends of a base on that axis;
+/// NaN off it where the lengths make no triangle.
+fn apex([a, b]: [f64; 2], width: f64) -> [f64; 2] {
+    let x = (a * a - b * b + width * width) / (2.0 * width);
+    [x, (a * a - x * x).sqrt()]
+}
+
+/// A vertex the front may come to. The nearest is the greatest, so that a heap hands it out first; between equals the
+/// lower index is.
+struct Arrival {
+    distance: f64,
+    vertex: u32,
+}
+
+impl Ord for Arrival {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then(other.vertex.cmp(&self.vertex))
+    }
+}
+
+impl PartialOrd for Arrival {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Arrival {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Arrival {}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,89 @@
+//! The Laplace–Beltrami operator of a triangle mesh: cotangent stiffness and lumped mass.
+
+use sprs::{CsMat, TriMat};
+
+use crate::mesh::{TriangleMesh, cross, dot, length, subtract};
+
+/// How the area of a triangle is shared among its vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lumping {
+    /// The Voronoi area of each vertex, and fixed shares in an obtuse triangle [MDSB03, fig. 4].
+    Mixed,
+    /// A third of the area to each.
+    Barycentric,
+}
+
+/// The stiffness S, n × n, symmetric positive semidefinite with zero row sums, both triangles stored: S_ij =
+/// −(cot α_ij + cot β_ij) / 2 for an edge ij, α and β the angles opposite it (eq. 2.8, S = D − W).
+///
+/// A vertex of no triangle has an empty row but for a zero on the diagonal.
+pub fn stiffness(mesh: &TriangleMesh) -> CsMat<f64> {
+    let n = mesh.positions().len();
+    let mut entries = TriMat::with_capacity((n, n), 12 * mesh.triangles().len() + n);
+    for i in 0..n {
+        entries.add_triplet(i, i, 0.0);
+    }
+    for triangle in mesh.triangles() {
+        let cotangents = cotangents(mesh, *triangle);
+        for corner in 0..3 {
+            // The angle at `corner` is opposite the edge ij.
+            let (i, j) = (triangle[(corner + 1) % 3] as usize, triangle[(corner + 2) % 3] as usize);
+            let weight = 0.5 * cotangents[corner];
+            entries.add_triplet(i, j, -weight);
+            entries.add_triplet(j, i, -weight);
+            entries.add_triplet(i, i, weight);
+            entries.add_triplet(j, j, weight);
+        }
+    }
+    entries.to_csr()
+}
+
+/// The diagonal of the mass A: n areas that sum to the mesh's, each positive where the vertex has a triangle (eq. 2.9
+/// with the squared edge length).
+pub fn mass(mesh: &TriangleMesh, lumping: Lumping) -> Vec<f64> {
+    let mut mass = vec![0.0; mesh.positions().len()];
+    for triangle in mesh.triangles() {
+        let shares = match lumping {
+            Lumping::Mixed => mixed_shares(mesh, *triangle),
+            Lumping::Barycentric => [triangle_area(mesh, *triangle) / 3.0; 3],
+        };
+        for (vertex, share) in triangle.iter().zip(shares) {
+            mass[*vertex as usize] += share;
+        }
+    }
+    mass
+}
+
+fn triangle_area(mesh: &TriangleMesh, triangle: [u32; 3]) -> f64 {
+    crate::mesh::triangle_area(corners(mesh, triangle))
+}
+
+fn corners(mesh: &TriangleMesh, triangle: [u32; 3]) -> [[f64; 3]; 3] {
+    triangle.map(|v| mesh.positions()[v as usize])
+}
+
+/// The cotangents of the three angles: (u · v) / |u × v| of the edges that leave each corner.
+fn cotangents(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
+    let p = corners(mesh, triangle);
+    std::array::from_fn(|c| {
+        let (u, v) = (subtract(p[(c + 1) % 3], p[c]), subtract(p[(c + 2) % 3], p[c]));
+        dot(u, v) / length(cross(u, v))
+    })
+}
+
+fn mixed_shares(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
+    let area = triangle_area(mesh, triangle);
+    let cotangents = cotangents(mesh, triangle);
+    if let Some(obtuse) = cotangents.iter().position(|&c| c < 0.0) {
+        return std::array::from_fn(|c| if c == obtuse { area / 2.0 } else { area / 4.0 });
+    }
+    let p = corners(mesh, triangle);
+    let squared = |a: usize, b: usize| {
+        let edge = subtract(p[b], p[a]);
+        dot(edge, edge)
+    };
+    std::array::from_fn(|c| {
+        let (next, last) = ((c + 1) % 3, (c + 2) % 3);
+        (squared(c, next) * cotangents[last] + squared(c, last) * cotangents[next]) / 8.0
+    })
+}
