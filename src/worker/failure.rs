@@ -3,7 +3,7 @@ use std::fmt::Display;
 use serde_json::{Value, json};
 
 use crate::numerics::block_lanczos::EigenError;
-use crate::pipeline::Fault;
+use crate::pipeline::{Fault, MatchError};
 use crate::spectral::SpectralError;
 use crate::store::{StoreError, problem};
 
@@ -45,6 +45,18 @@ impl From<SpectralError> for Failure {
         match error {
             SpectralError::Eigen(EigenError::Cancelled(_)) => Failure::Stopped,
             error => Failure::refused(error, &[]),
+        }
+    }
+}
+
+impl From<MatchError> for Failure {
+    fn from(error: MatchError) -> Failure {
+        match error {
+            MatchError::Cancelled => Failure::Stopped,
+            MatchError::Faults(faults) => {
+                Failure::refused("the match cannot be carried out as it is asked for", &faults)
+            }
+            MatchError::Spectral(error) => error.into(),
         }
     }
 }

@@ -3,7 +3,8 @@ use bytes::Bytes;
 use super::attempt::Bench;
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::pipeline::{self, MatchError, Settings};
+use crate::pipeline;
+use crate::pipeline::settings::Settings;
 use crate::store::Job;
 
 /// The correspondence of a sketch and a mesh as JSON.
@@ -14,6 +15,7 @@ pub(super) fn run(bench: &Bench, job: &Job, progress: &Progress) -> Result<Bytes
     let sketch = sketch.ok_or_else(|| Failure::refused(format_args!("there is no sketch {}", settings.sketch), &[]))?;
     let mesh = bench.runtime.block_on(bench.store.mesh(&settings.mesh))?;
     let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", settings.mesh), &[]))?;
-    let result = pipeline::run(&sketch, &mesh, &settings, &bench.spectra, progress)?;
+    let mut result = pipeline::run(&sketch, &mesh, &settings, &bench.spectra, progress)?;
+    result.id = Some(job.id.clone());
     Ok(serde_json::to_vec(&result).map_err(|error| Failure::internal(error, false))?.into())
 }

@@ -8,9 +8,11 @@ use tokio::task::JoinHandle;
 
 use super::failure::Failure;
 use super::*;
+use crate::mesh::TriangleMesh;
 use crate::numerics::Watch;
-use crate::store::State;
+use crate::spectral::Boundary;
 use crate::store::testing::fresh;
+use crate::store::{Kind, SpectrumKey, SpectrumTask, State};
 
 /// A worker in the background, on a store of its own.
 struct Running {
@@ -28,6 +30,15 @@ impl Running {
         let bench = Arc::new(Bench::new(store.clone(), pool, Box::new(move |_, job, progress| body(job, progress))));
         let token = shutdown.clone();
         let worker = tokio::spawn(async move { work(&bench, &config, &token).await });
+        Running { _directory: directory, store, shutdown, worker }
+    }
+
+    /// Computing what jobs say.
+    async fn for_real() -> Running {
+        let (directory, store) = fresh().await;
+        let shutdown = CancellationToken::new();
+        let running = run(store.clone(), one_thread(), shutdown.clone());
+        let worker = tokio::spawn(async move { running.await.unwrap() });
         Running { _directory: directory, store, shutdown, worker }
     }
 
@@ -170,4 +181,42 @@ async fn after_the_grace_running_jobs_are_given_back() {
     let job = store.job(&id).await.unwrap().unwrap();
     assert_eq!((job.state, job.started_ms, job.stage), (State::Queued, None, None));
     assert_eq!(store.claim().await.unwrap().unwrap().job.attempt, 2);
+}
+
+fn octahedron() -> TriangleMesh {
+    let positions = [[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]].to_vec();
+    let (top, bottom) = ([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]], [[2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]);
+    TriangleMesh::new(positions, [top, bottom].concat()).unwrap()
+}
+
+#[tokio::test]
+async fn a_spectrum_is_computed_and_kept() {
+    let running = Running::for_real().await;
+    let (shape, _) = running.store.insert_mesh(&octahedron(), None, json!({})).await.unwrap();
+    let task = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
+    let job = running.store.submit(JobKind::Spectrum, &json!(task), None).await.unwrap();
+    running.reaches(&job.id, State::Succeeded).await;
+    let result = running.store.result(&job.id).await.unwrap().unwrap();
+    let result: Value = serde_json::from_slice(&result).unwrap();
+    let key = SpectrumKey { shape_hash: octahedron().content_hash(), boundary: Boundary::Neumann };
+    let kept = running.store.spectrum(&key, 4).await.unwrap().unwrap();
+    assert_eq!(result["eigenvalues"], json!(kept.eigenvalues));
+    // Three coordinate functions share one eigenvalue by symmetry.
+    assert!(kept.eigenvalues[0] == 0.0 && (kept.eigenvalues[3] / kept.eigenvalues[1] - 1.0).abs() < 1e-9);
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
+    let running = Running::for_real().await;
+    let (shape, _) = running.store.insert_mesh(&octahedron(), None, json!({})).await.unwrap();
+    let too_long = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
+    let nobody = SpectrumTask { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
+    for (task, reason) in [(too_long, "7 eigenfunctions"), (nobody, "no mesh mesh_nobody")] {
+        let job = running.store.submit(JobKind::Spectrum, &json!(task), None).await.unwrap();
+        let error = running.reaches(&job.id, State::Failed).await.error.unwrap();
+        assert_eq!(error["status"], 422);
+        assert!(error["detail"].as_str().unwrap().contains(reason), "{error}");
+    }
+    running.stop().await;
 }
