@@ -6,6 +6,7 @@ mod telemetry;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use clap::Parser;
@@ -20,8 +21,8 @@ use sketchmatch::http::{self, App};
 use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::mesh::formats::Limits;
 use sketchmatch::numerics::{Cancelled, Watch};
-use sketchmatch::pipeline::request::{MatchRequest, Settings};
-use sketchmatch::pipeline::{self, Spectra, Stage, Watcher};
+use sketchmatch::pipeline::request::MatchRequest;
+use sketchmatch::pipeline::{self, Settings, Spectra, Stage, Surroundings, Watcher};
 use sketchmatch::spectral::{self, Boundary, SpectralError, Spectrum};
 use sketchmatch::store::Store;
 use sketchmatch::{example, sketch, worker};
@@ -83,7 +84,10 @@ fn matched(options: &MatchOptions) -> anyhow::Result<()> {
         tracing::warn!("{warning}");
     }
     let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?;
-    let result = pipeline::run(&sketch.sketch, &mesh.mesh, &settings, &Uncached, &Logged)?;
+    let started = Instant::now();
+    let clock = || started.elapsed().as_secs_f64() * 1e3;
+    let surroundings = Surroundings { spectra: &Uncached, watcher: &Logged, clock: &clock };
+    let result = pipeline::run(&sketch.sketch, &mesh.mesh, &settings, &surroundings)?;
     let text = serde_json::to_string(&result)?;
     match &options.output {
         Some(path) => fs::write(path, text).with_context(|| format!("writing {}", path.display())),
