@@ -98,3 +98,30 @@ fn off_chord(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     let t = if squared > 0.0 { ((reach[0] * chord[0] + reach[1] * chord[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
     (reach[0] - t * chord[0]).hypot(reach[1] - t * chord[1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_has_a_hole() {
+        // A square of side 3 without the unit square in its middle, in the plane z = 0.
+        let corners = [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]];
+        let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, 4 + (i + 1) % 4], [i, 4 + (i + 1) % 4, 4 + i]]);
+        let mesh = TriangleMesh::new(corners.map(|[x, y]| [x, y, 0.0]).to_vec(), sides.collect()).unwrap();
+        let ring = Silhouette::of(&mesh, View::Front).unwrap();
+        assert_eq!((ring.outline.len(), ring.holes.len()), (4, 1));
+        assert!((ring.area() - 580.0 * 580.0 * 8.0 / 9.0).abs() < 1.0);
+        assert!(ring.contains([50.0, 300.0]) && !ring.contains([300.0, 300.0]) && !ring.contains([5.0, 300.0]));
+        for (found, expected) in ring.crossings(300.0).iter().zip([10.0, 203.333, 396.667, 590.0]) {
+            assert!((found - expected).abs() < 1e-2);
+        }
+        assert!(Silhouette::of(&mesh, View::Side).is_none());
+    }
+
+    #[test]
+    fn corners_within_the_tolerance_go() {
+        let bent = [[0.0, 0.0], [50.0, 0.1], [100.0, 0.0], [100.0, 100.0], [50.0, 101.0], [0.0, 100.0]];
+        assert_eq!(simplified(&bent), [bent[0], bent[2], bent[3], bent[4], bent[5]]);
+    }
+}

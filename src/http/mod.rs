@@ -1,1 +1,193 @@
-//! 
+//! Routes, their bodies, problem details, OpenAPI.
+//!
+//! A handler extracts, makes one or two calls and wraps the answer. What it hands to the store and takes from there is
+//! all it knows of the worker.
+
+mod body;
+mod events;
+mod health;
+mod idempotency;
+mod job_document;
+pub mod json;
+mod matches;
+pub mod meshes;
+mod npy;
+mod observation;
+pub mod openapi;
+mod page;
+mod preference;
+pub mod problem;
+mod query;
+mod regularisers;
+mod representation;
+mod results;
+mod shapes;
+pub mod sketches;
+mod spectra;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::http::{HeaderName, HeaderValue, header};
+use axum::middleware::{from_fn, map_response};
+use metrics_exporter_prometheus::PrometheusHandle;
+use tokio::net::TcpListener;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio_util::sync::CancellationToken;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::cors::{Any, CorsLayer};
+use utoipa_swagger_ui::SwaggerUi;
+
+use crate::store::Store;
+use problem::Problem;
+
+/// How long open connections may go on after the order to stop.
+const GRACE: Duration = Duration::from_secs(10);
+
+/// How long a change of the queue made elsewhere may go unnoticed.
+const POLL: Duration = Duration::from_secs(1);
+
+/// What the service allows.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Origins that scripts of other sites may call from; `*` for any.
+    pub cors_origins: Vec<String>,
+    /// Bytes of a mesh or sketch file.
+    pub max_upload_bytes: usize,
+    /// Bytes of a JSON request.
+    pub max_request_bytes: usize,
+    /// Bytes of all bodies that are in memory at one time.
+    pub max_uploads_bytes: usize,
+    /// Triangles of a mesh.
+    pub max_triangles: usize,
+    /// Eigenpairs of a spectrum.
+    pub max_eigenpairs: usize,
+    /// Jobs that may wait.
+    pub max_queue: usize,
+}
+
+impl Default for Config {
+    fn default() -> Config {
+        Config {
+            cors_origins: Vec::new(),
+            max_upload_bytes: 128 << 20,
+            max_request_bytes: 16 << 20,
+            max_uploads_bytes: 512 << 20,
+            max_triangles: 1_000_000,
+            max_eigenpairs: 500,
+            max_queue: 1000,
+        }
+    }
+}
+
+/// What every handler has at hand. Clones share it.
+#[derive(Clone)]
+pub struct App {
+    store: Store,
+    config: Arc<Config>,
+    metrics: PrometheusHandle,
+    /// Cancelled when the server is to stop.
+    shutdown: CancellationToken,
+    parsers: Arc<Semaphore>,
+    memory: Arc<Semaphore>,
+}
+
+impl App {
+    pub fn new(store: Store, config: Config, metrics: PrometheusHandle, shutdown: CancellationToken) -> App {
+        let parsers = std::thread::available_parallelism().map_or(1, usize::from);
+        let memory = config.max_uploads_bytes.max(config.max_upload_bytes).div_ceil(body::MEMORY_GRAIN);
+        App {
+            store,
+            config: Arc::new(config),
+            metrics,
+            shutdown,
+            parsers: Arc::new(Semaphore::new(parsers)),
+            memory: Arc::new(Semaphore::new(memory.min(Semaphore::MAX_PERMITS))),
+        }
+    }
+
+    /// What `work` returns, done on a thread of its own: as many at a time as there are processors.
+    async fn off_runtime<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
+        let _turn = self.parsers.acquire().await.map_err(Problem::internal)?;
+        tokio::task::spawn_blocking(work).await.map_err(Problem::internal)
+    }
+
+    /// A hold on memory for a body of `length` bytes, given back when dropped.
+    ///
+    /// # Errors
+    /// 503 while other bodies take it up.
+    fn memory_for(&self, length: usize) -> Result<OwnedSemaphorePermit, Problem> {
+        let grains = u32::try_from(length.div_ceil(body::MEMORY_GRAIN)).unwrap_or(u32::MAX);
+        let hold = self.memory.clone().try_acquire_many_owned(grains);
+        hold.map_err(|_| Problem::busy("too many uploads are under way", 1))
+    }
+
+    /// Whether one more job may wait.
+    ///
+    /// # Errors
+    /// 503 where the queue is full.
+    async fn room_in_queue(&self) -> Result<(), Problem> {
+        match usize::try_from(self.store.queued().await?) {
+            Ok(queued) if queued < self.config.max_queue => Ok(()),
+            _ => Err(Problem::busy("the queue is full", 10)),
+        }
+    }
+
+    /// Waits for a change of the queue: at most a second, for another process may have made one. False once the server
+    /// is to stop.
+    async fn change(&self, changes: &mut watch::Receiver<u64>) -> bool {
+        tokio::select! {
+            () = self.shutdown.cancelled() => false,
+            () = tokio::time::sleep(POLL) => true,
+            _ = changes.changed() => true,
+        }
+    }
+}
+
+/// Everything the server answers, over `app`.
+pub fn router(app: App) -> Router {
+    let cors = cors(&app.config.cors_origins);
+    let (routes, document) = openapi::routes();
+    routes
+        .with_state(app)
+        .merge(SwaggerUi::new("/docs").external_url_unchecked("/openapi.json", document))
+        .layer(DefaultBodyLimit::disable())
+        .layer(CatchPanicLayer::custom(Problem::of_panic))
+        .layer(map_response(problem::dressed))
+        .layer(CompressionLayer::new())
+        .layer(map_response(representation::tag_compressed))
+        .layer(cors)
+        .layer(from_fn(observation::observed))
+}
+
+fn cors(origins: &[String]) -> CorsLayer {
+    let exposed = [header::ETAG, header::LOCATION, header::LINK, header::RETRY_AFTER, header::WWW_AUTHENTICATE];
+    let exposed = exposed.into_iter().chain([HeaderName::from_static("x-request-id"), PREFERENCE_APPLIED]);
+    let layer = CorsLayer::new().allow_methods(Any).allow_headers(Any).expose_headers(exposed.collect::<Vec<_>>());
+    if origins.iter().any(|origin| origin == "*") {
+        return layer.allow_origin(Any);
+    }
+    layer.allow_origin(origins.iter().filter_map(|origin| HeaderValue::try_from(origin).ok()).collect::<Vec<_>>())
+}
+
+const PREFERENCE_APPLIED: HeaderName = HeaderName::from_static("preference-applied");
+
+/// Answers on `listener` until `app` is told to stop, then lets open requests finish within a grace period.
+///
+/// # Errors
+/// What the listener said.
+pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
+    let shutdown = app.shutdown.clone();
+    let server = axum::serve(listener, router(app)).with_graceful_shutdown(shutdown.clone().cancelled_owned());
+    let overdue = async {
+        shutdown.cancelled().await;
+        tokio::time::sleep(GRACE).await;
+    };
+    tokio::select! {
+        ended = async { server.await } => ended,
+        () = overdue => Ok(()),
+    }
+}

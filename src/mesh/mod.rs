@@ -9,6 +9,7 @@ mod polygon;
 pub mod refusal;
 mod soundness;
 pub mod validation;
+mod warnings;
 mod winding;
 
 use edges::Edges;
@@ -27,13 +28,6 @@ use refusal::{Faults, Place, Refusal};
 pub struct TriangleMesh {
     positions: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
-}
-
-/// Stand-in until the validation of meshes is merged.
-pub mod refusal {
-    #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-    #[error("{0}")]
-    pub struct Refusal(pub String);
 }
 
 impl TriangleMesh {

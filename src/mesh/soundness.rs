@@ -34,7 +34,7 @@ pub(super) fn is_sound(position: [f64; 3]) -> bool {
 }
 
 /// Most corners of a face: triangulation takes their square in time.
-const MOST_CORNERS: usize = 1024;
+pub(super) const MOST_CORNERS: usize = 1024;
 
 /// Whether a face's corners are at least three different vertices that exist; every reason against it otherwise.
 pub(super) fn corners(corners: &[i64], vertices: usize, place: &Place, faults: &mut Faults) -> bool {
@@ -42,7 +42,7 @@ pub(super) fn corners(corners: &[i64], vertices: usize, place: &Place, faults: &
     if corners.len() < 3 {
         reasons.push(format!("a face of {} corners: the least is 3", corners.len()));
     } else if corners.len() > MOST_CORNERS {
-        reasons.push(format!("a face of {} corners: the most is {MOST_CORNERS}", corners.len()));
+        reasons.push(format!("a face of more than {MOST_CORNERS} corners"));
     } else {
         let out_of_range = corners.iter().find(|&&v| !usize::try_from(v).is_ok_and(|v| v < vertices));
         reasons.extend(out_of_range.map(|v| format!("vertex {v} is out of range: there are {vertices}, from 0")));
@@ -59,8 +59,8 @@ pub(super) fn areas(positions: &[[f64; 3]], triangles: &[[u32; 3]], faults: &mut
         let corners = triangle.map(|v| positions[v as usize]);
         corners.iter().all(|&p| is_sound(p)).then_some(corners)
     };
-    let diagonal = diagonal(triangles.iter().filter_map(corners).flatten());
-    if !triangles.is_empty() && diagonal < SMALLEST_DIAGONAL {
+    let Some(diagonal) = diagonal(triangles.iter().filter_map(corners).flatten()) else { return };
+    if diagonal < SMALLEST_DIAGONAL {
         let detail = format!("the mesh is only {diagonal:e} across: the least is {SMALLEST_DIAGONAL:e}");
         return faults.push(Place::file(), detail);
     }
@@ -72,8 +72,8 @@ pub(super) fn areas(positions: &[[f64; 3]], triangles: &[[u32; 3]], faults: &mut
     }
 }
 
-/// Diagonal of the box around the points; 0 where there are none.
-fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
+/// Diagonal of the box around the points; none where there are no points.
+fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> Option<f64> {
     let mut bounds: Option<[[f64; 3]; 2]> = None;
     for p in points {
         let [low, high] = bounds.unwrap_or([p, p]);
@@ -81,7 +81,7 @@ fn diagonal(points: impl Iterator<Item = [f64; 3]>) -> f64 {
             [0, 1, 2].map(|axis: usize| if end == 0 { low[axis].min(p[axis]) } else { high[axis].max(p[axis]) })
         }));
     }
-    bounds.map_or(0.0, |[low, high]| length(subtract(high, low)))
+    bounds.map(|[low, high]| length(subtract(high, low)))
 }
 
 fn is_degenerate([a, b, c]: [[f64; 3]; 3], diagonal: f64) -> bool {

@@ -2,14 +2,10 @@
 //! reason.
 
 use super::TriangleMesh;
-use super::connectivity::{self, Extent};
 use super::edges::Edges;
 use super::formats::{self, Format, Limits, Polygons};
 use super::refusal::{Faults, Place, Refusal, Warning, WarningCode};
-use super::{polygon, soundness, winding};
-
-/// Share of the whole area below which a component is a speck.
-const SPECK: f64 = 1e-3;
+use super::{polygon, soundness, warnings, winding};
 
 /// A file's mesh, and what is to be known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +22,7 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
     limits.admit_bytes(bytes.len())?;
     let polygons = formats::read(bytes, format, limits)?;
     let mut faults = Faults::default();
-    let mut warnings = file_warnings(&polygons);
+    let mut warnings = warnings::of_file(&polygons);
     let cut = Cut::of(&polygons, &mut faults);
     let (cut, duplicates) = cut.without_duplicates();
     warnings.extend(duplicates.map(|faces| {
@@ -39,9 +35,9 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
         let detail = format!("{} faces are turned over to agree with their neighbours", faces.len());
         Warning::new(WarningCode::FlippedWinding, detail, faces.iter().map(|&f| polygons.face_place(f)))
     }));
-    warnings.extend(unreferenced(&polygons, &cut.triangles));
+    warnings.extend(warnings::of_unreferenced(&polygons, &cut.triangles));
     let mesh = TriangleMesh::new(polygons.positions, cut.triangles)?;
-    warnings.extend(component_warnings(&mesh));
+    warnings.extend(warnings::of_components(&mesh));
     Ok(Imported { mesh, warnings })
 }
 
@@ -150,52 +146,221 @@ fn cut_face(corners: &[i64], polygons: &Polygons, place: &Place, faults: &mut Fa
     triangles
 }
 
-fn file_warnings(polygons: &Polygons) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    if polygons.ignored > 0 {
-        let detail = format!("{} elements of the file are no faces and are left out", polygons.ignored);
-        warnings.push(Warning::new(WarningCode::IgnoredElements, detail, []));
-    }
-    if !polygons.merged.is_empty() {
-        let detail =
-            format!("{} vertices stand where an earlier one does, which takes their place", polygons.merged.len());
-        let places = polygons.merged.iter().map(|&v| polygons.vertex_place(v as usize));
-        warnings.push(Warning::new(WarningCode::MergedVertices, detail, places));
-    }
-    warnings
-}
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
 
-/// The warning of vertices that no face ever named.
-fn unreferenced(polygons: &Polygons, triangles: &[[u32; 3]]) -> Option<Warning> {
-    let mut accounted = vec![false; polygons.positions.len()];
-    for &v in triangles.as_flattened().iter().chain(&polygons.merged) {
-        accounted[v as usize] = true;
-    }
-    let vertices: Vec<usize> = (0..accounted.len()).filter(|&v| !accounted[v]).collect();
-    let detail = format!("{} vertices belong to no face and are not matched", vertices.len());
-    let places = vertices.iter().map(|&v| polygons.vertex_place(v));
-    (!vertices.is_empty()).then(|| Warning::new(WarningCode::UnreferencedVertices, detail, places))
-}
+    use super::*;
+    use crate::mesh::connectivity;
 
-fn component_warnings(mesh: &TriangleMesh) -> Vec<Warning> {
-    let components = connectivity::components(mesh).list;
-    if components.len() < 2 {
-        return Vec::new();
+    fn obj(text: &str) -> Result<Imported, Refusal> {
+        import(text.as_bytes(), Format::Obj, &Limits::default())
     }
-    let area = mesh.area();
-    let place = |component: &Extent| Place::vertex(component.first_vertex as usize);
-    let largest = components.iter().map(|c| c.area).fold(0.0, f64::max);
-    let detail = format!(
-        "the mesh has {} components: only the largest, {:.1} % of the area, is matched",
-        components.len(),
-        100.0 * largest / area
-    );
-    let mut warnings = vec![Warning::new(WarningCode::SeveralComponents, detail, components.iter().map(place))];
-    let specks: Vec<&Extent> = components.iter().filter(|c| c.area < SPECK * area).collect();
-    if !specks.is_empty() {
-        let triangles: usize = specks.iter().map(|c| c.triangles).sum();
-        let detail = format!("{} components of {triangles} triangles are specks", specks.len());
-        warnings.push(Warning::new(WarningCode::IsolatedSpecks, detail, specks.into_iter().map(place)));
+
+    fn codes(imported: &Imported) -> Vec<WarningCode> {
+        imported.warnings.iter().map(|warning| warning.code).collect()
     }
-    warnings
+
+    fn reasons(text: &str) -> Vec<String> {
+        let Err(Refusal::Invalid(faults)) = obj(text) else { panic!("not refused as invalid: {text}") };
+        faults.listed.iter().map(ToString::to_string).collect()
+    }
+
+    const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                        f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+    fn volume(mesh: &TriangleMesh) -> f64 {
+        let corners = mesh.triangles().iter().map(|t| t.map(|v| mesh.positions()[v as usize]));
+        corners.map(|[a, b, c]| crate::mesh::dot(a, crate::mesh::cross(b, c)) / 6.0).sum()
+    }
+
+    #[test]
+    fn takes_a_valid_mesh_as_it_is() {
+        let cube = obj(CUBE).unwrap();
+        assert_eq!(codes(&cube), []);
+        let summary = connectivity::summary(&cube.mesh);
+        assert_eq!((summary.vertices, summary.triangles, summary.closed), (8, 12, true));
+        assert!((summary.area - 6.0).abs() < 1e-12);
+        assert!((volume(&cube.mesh) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn takes_a_consistently_inward_mesh_as_it_is() {
+        let inward = CUBE.lines().map(|line| match line.split_whitespace().collect::<Vec<_>>()[..] {
+            ["f", a, b, c, d] => format!("f {d} {c} {b} {a}\n"),
+            _ => format!("{line}\n"),
+        });
+        let cube = obj(&inward.collect::<String>()).unwrap();
+        assert_eq!(codes(&cube), []);
+        assert!((volume(&cube.mesh) + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn turns_an_inconsistent_closed_mesh_outward() {
+        // Four of six faces are turned inward: the majority does not count where there is an outside.
+        let text =
+            CUBE.replace("f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6", "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2");
+        let cube = obj(&text).unwrap();
+        assert_eq!(codes(&cube), [WarningCode::FlippedWinding]);
+        assert!((volume(&cube.mesh) - 1.0).abs() < 1e-12);
+        let places: Vec<_> = cube.warnings[0].places.iter().map(|place| (place.face, place.line)).collect();
+        assert_eq!(places, [0, 1, 2, 3].map(|f| (Some(f), Some(9 + f))));
+    }
+
+    #[test]
+    fn keeps_the_winding_of_most_area_where_there_is_a_boundary() {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 0\nf 1 2 3\nf 2 3 4\n";
+        let sheet = obj(text).unwrap();
+        assert_eq!(codes(&sheet), [WarningCode::FlippedWinding]);
+        assert_eq!(sheet.mesh.triangles(), [[0, 2, 1], [1, 2, 3]]);
+    }
+
+    #[test]
+    fn drops_repeated_faces() {
+        let cube = obj(&format!("{CUBE}f 7 3 4 8\nf 2 3 4 1\n")).unwrap();
+        assert_eq!(codes(&cube), [WarningCode::DuplicateFaces]);
+        assert_eq!(cube.warnings[0].places.iter().map(|p| p.face).collect::<Vec<_>>(), [Some(6), Some(7)]);
+        assert_eq!(cube.mesh, obj(CUBE).unwrap().mesh);
+    }
+
+    #[test]
+    fn keeps_unreferenced_vertices_and_their_ids() {
+        let imported = obj("v 5 5 5\nv 0 0 0\nv 1 0 0\nv 7 7 7\nv 0 1 0\nf 2 3 5\n").unwrap();
+        assert_eq!(codes(&imported), [WarningCode::UnreferencedVertices]);
+        let places = [Place { line: Some(1), ..Place::vertex(0) }, Place { line: Some(4), ..Place::vertex(3) }];
+        assert_eq!(imported.warnings[0].places, places);
+        assert_eq!(imported.mesh.positions().len(), 5);
+        assert_eq!(imported.mesh.triangles(), [[1, 2, 4]]);
+    }
+
+    #[test]
+    fn warns_of_components_and_specks() {
+        let speck = "v 5 0 0\nv 5.01 0 0\nv 5 0.01 0\nf 9 10 11\nl 1 2\n";
+        let imported = obj(&format!("{CUBE}{speck}")).unwrap();
+        let expected = [WarningCode::IgnoredElements, WarningCode::SeveralComponents, WarningCode::IsolatedSpecks];
+        assert_eq!(codes(&imported), expected);
+        assert_eq!(imported.warnings[2].places, [Place::vertex(8)]);
+    }
+
+    #[test]
+    fn refuses_with_every_reason_in_its_place() {
+        let text = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 1 inf 0\nv 2 0 0\nv 0 3 0\n\
+                    f 1 2 9\nf 1 2 2\nf 1 2 5\nf 1 2\nf 1 2 6\nf 2 1 4 3\n";
+        let expected = [
+            "line 7, face 0: vertex 8 is out of range: there are 6, from 0",
+            "line 8, face 1: vertex 1 is a corner of it twice",
+            "line 10, face 3: a face of 2 corners: the least is 3",
+            "line 3, vertex 2: a coordinate is not a finite number: [NaN, 1.0, 0.0]",
+            "line 4, vertex 3: a coordinate is not a finite number: [1.0, inf, 0.0]",
+            "line 9, face 2: the triangle of vertices 0, 1, 4 has no area",
+        ];
+        assert_eq!(reasons(text), expected);
+    }
+
+    #[test]
+    fn refuses_what_has_no_vertices_or_faces() {
+        assert_eq!(reasons(""), ["file: there are no vertices", "file: there are no faces"]);
+        assert_eq!(reasons("v 0 0 0\n"), ["file: there are no faces"]);
+    }
+
+    #[test]
+    fn refuses_what_is_no_surface() {
+        let wing = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n";
+        assert_eq!(reasons(wing), ["line 6, face 0, edge 0–1: 3 triangles meet at this edge: an edge has one or two"]);
+        let bow_tie = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n";
+        let reason = "line 1, vertex 0: 2 separate fans of triangles meet at this vertex: one is allowed";
+        assert_eq!(reasons(bow_tie), [reason]);
+        let crossed = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n";
+        let reason = "line 5, face 0: its 4 corners make no polygon: it crosses itself or has no area";
+        assert_eq!(reasons(crossed), [reason]);
+    }
+
+    #[test]
+    fn refuses_a_moebius_strip() {
+        let n = 12;
+        let mut text = String::new();
+        for i in 0..n {
+            let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+            for side in [-0.3, 0.3] {
+                let radius = 1.0 + side * (angle / 2.0).cos();
+                let z = side * (angle / 2.0).sin();
+                text += &format!("v {} {} {z}\n", radius * angle.cos(), radius * angle.sin());
+            }
+        }
+        for i in 0..n {
+            let (a, b) = (2 * i + 1, 2 * i + 2);
+            let (c, d) = if i + 1 < n { (a + 2, b + 2) } else { (2, 1) };
+            text += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
+        }
+        let reasons = reasons(&text);
+        assert!(reasons.len() == 1 && reasons[0].contains("one-sided"), "{reasons:?}");
+    }
+
+    #[test]
+    fn caps_the_faults_it_lists() {
+        let Err(Refusal::Invalid(faults)) = obj(&format!("{}f 1 2 3\n", "v nan 0 0\n".repeat(250))) else {
+            panic!("accepted")
+        };
+        assert_eq!((faults.listed.len(), faults.unlisted), (Faults::LISTED, 150));
+    }
+
+    #[test]
+    fn refuses_too_many_bytes_as_too_large() {
+        let limits = Limits { bytes: 10, ..Limits::default() };
+        let refusal = import(CUBE.as_bytes(), Format::Obj, &limits).unwrap_err();
+        assert_eq!(refusal, Refusal::TooLarge { unit: "bytes", found: CUBE.len() as u64, limit: 10 });
+    }
+
+    const FORMATS: [Format; 5] = [Format::Obj, Format::Off, Format::Ply, Format::Stl, Format::Glb];
+
+    const OFF: &str = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                       element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    const PLY_BINARY: &[u8] = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty char x\n\
+        property char y\nproperty char z\nelement face 1\nproperty list uchar uchar vertex_index\nend_header\n\
+        \x00\x00\x00\x01\x00\x00\x00\x01\x00\x03\x00\x01\x02";
+    const STL: &str = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n\
+                       endfacet\nendsolid\n";
+
+    #[test]
+    fn imports_every_text_sample_by_its_looks() {
+        for sample in [CUBE.as_bytes(), OFF.as_bytes(), PLY.as_bytes(), PLY_BINARY, STL.as_bytes()] {
+            let format = Format::sniff(sample).unwrap();
+            assert!(import(sample, format, &Limits::default()).is_ok(), "{format:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn survives_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            for format in FORMATS {
+                let _ = import(&bytes, format, &Limits::default());
+            }
+            let _ = Format::sniff(&bytes);
+        }
+
+        /// A valid file with bytes overwritten by digits, signs, blanks or anything, then cut.
+        #[test]
+        fn survives_damage(
+            sample in prop::sample::select(vec![
+                CUBE.as_bytes(), OFF.as_bytes(), PLY.as_bytes(), PLY_BINARY, STL.as_bytes()
+            ]),
+            damage in prop::collection::vec((any::<prop::sample::Index>(), prop_oneof![
+                prop::sample::select(b"0123456789-+.e/\\# \n".to_vec()), any::<u8>()
+            ]), 0..6),
+            end in any::<prop::sample::Index>(),
+            cut in any::<bool>(),
+        ) {
+            let mut bytes = sample.to_vec();
+            damage.iter().for_each(|(at, byte)| { let at = at.index(bytes.len()); bytes[at] = *byte; });
+            if cut {
+                bytes.truncate(end.index(bytes.len()));
+            }
+            for format in FORMATS {
+                if let Ok(imported) = import(&bytes, format, &Limits::default()) {
+                    prop_assert!(imported.mesh.area().is_finite() && imported.mesh.area() > 0.0);
+                }
+            }
+        }
+    }
 }

@@ -27,7 +27,8 @@ pub struct Smooth<O, G> {
 /// replaced by the negative gradient. The first step tried is the secant's \[She94, §14.2\], exact on a quadratic. Where
 /// rounding hides any descent the iterate stays, so the history never rises.
 ///
-/// Converged means ‖∇f(X)‖_F / L ≤ tolerance · max(1, ‖X‖_F) at the X returned.
+/// Converged means ‖∇f(X)‖_F / L ≤ tolerance · max(1, ‖X‖_F) at the X returned. Descent is judged by values, so a
+/// tolerance below about √ε = 1e-8 may not be reached.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher.

@@ -1,18 +1,49 @@
 //! The method in order: a request and two shapes in, correspondences and the functional map out.
+//!
+//! Both shapes are scaled to area 1 here; what comes back is in the units and the numbering of the user's files.
 
+mod constraints;
+pub mod outcome;
+mod regions;
 pub mod request;
+mod run;
+pub mod settings;
+mod stages;
 
-use crate::numerics::Cancelled;
+use std::sync::Arc;
 
-/// The stages of a match in their order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    Spectrum,
-    Descriptors,
-    Regions,
-    Map,
-    Points,
+use crate::correspondence::icp::IcpError;
+use crate::functional_map::MapError;
+use crate::mesh::TriangleMesh;
+use crate::numerics::block_lanczos::EigenError;
+use crate::numerics::{Cancelled, Watch};
+use crate::spectral::{Boundary, SpectralError, Spectrum};
+
+pub use run::run;
+pub use settings::{Settings, check};
+pub use stages::Stage;
+
+/// What a match needs of the world outside.
+pub struct Surroundings<'a> {
+    pub spectra: &'a dyn Spectra,
+    pub watcher: &'a dyn Watcher,
+    /// Milliseconds since some moment; for `timings_ms` alone.
+    pub clock: &'a dyn Fn() -> f64,
+}
+
+/// Where spectra come from: computed, or out of a cache.
+pub trait Spectra: Sync {
+    /// The first k eigenpairs of a connected mesh whose every vertex has a triangle, or more than k.
+    ///
+    /// # Errors
+    /// As [`crate::spectral::spectrum`].
+    fn spectrum(
+        &self,
+        mesh: &TriangleMesh,
+        k: usize,
+        boundary: Boundary,
+        watch: &dyn Watch,
+    ) -> Result<Arc<Spectrum>, SpectralError>;
 }
 
 /// Whoever waits for a match: told of every stage, asked at every iteration whether to go on.
@@ -30,4 +61,53 @@ pub struct Fault {
     /// JSON pointer into the request, RFC 6901.
     pub pointer: String,
     pub detail: String,
+}
+
+impl Fault {
+    fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Fault {
+        Fault { pointer: pointer.into(), detail: detail.into() }
+    }
+}
+
+/// Why a match has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum MatchError {
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The shapes cannot be matched as asked.
+    #[error("the match cannot be carried out as asked")]
+    Faults(Vec<Fault>),
+    #[error("the eigenfunctions of the {shape} cannot be computed: {error}")]
+    Spectrum { shape: &'static str, error: SpectralError },
+    #[error(transparent)]
+    Map(MapError),
+    #[error(transparent)]
+    Refinement(IcpError),
+}
+
+impl MatchError {
+    fn of_spectrum(shape: &'static str, error: SpectralError) -> MatchError {
+        match error {
+            SpectralError::Eigen(EigenError::Cancelled(cancelled)) => MatchError::Cancelled(cancelled),
+            error => MatchError::Spectrum { shape, error },
+        }
+    }
+}
+
+impl From<MapError> for MatchError {
+    fn from(error: MapError) -> MatchError {
+        match error {
+            MapError::Cancelled(cancelled) => MatchError::Cancelled(cancelled),
+            error => MatchError::Map(error),
+        }
+    }
+}
+
+impl From<IcpError> for MatchError {
+    fn from(error: IcpError) -> MatchError {
+        match error {
+            IcpError::Cancelled(cancelled) => MatchError::Cancelled(cancelled),
+            error => MatchError::Refinement(error),
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! What a match is asked to do: [`MatchRequest`] as it is sent, [`Settings`] with every value filled in.
+//! What a match is asked to do, as the user sends it.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -81,6 +81,11 @@ fn open(bytes: &[u8]) -> Result<(Document, Vec<u8>), Refusal> {
     if let Some(name) = root.extensions_required.first() {
         return Err(refusal(format!("it requires the extension {name:?}, which is not supported")));
     }
+    // The crate's own validation takes these indices for granted.
+    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    if attributes.any(|accessor| accessor.value() >= root.accessors.len()) {
+        return Err(refusal("a primitive names an accessor that does not exist"));
+    }
     let document = Document::from_json(root).map_err(|error| unreadable(&error))?;
     Ok((document, glb.bin.unwrap_or_default().into_owned()))
 }
@@ -220,6 +225,8 @@ fn determinant([a, b, c, _]: Matrix) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_1_SQRT_2;
+
     use serde_json::{Value, json};
 
     use super::super::{Format, Limits, read};
@@ -287,7 +294,7 @@ mod tests {
     fn applies_the_transforms_of_all_parents() {
         let nodes = json!([
             {"children": [1, 2], "translation": [10, 0, 0], "scale": [2, 2, 2]},
-            {"mesh": 0, "translation": [1, 0, 0], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476]},
+            {"mesh": 0, "translation": [1, 0, 0], "rotation": [0, 0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]},
             {"mesh": 0, "scale": [-1, 1, 1]}
         ]);
         let (json, data) = square(4, &[0, 1, 2], nodes);
@@ -340,6 +347,30 @@ mod tests {
         let whole = glb(&json, &data);
         for length in 0..whole.len() {
             assert!(read(&whole[..length], Format::Glb, &Limits::default()).is_err(), "{length}");
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn survives_damage(
+            damage in proptest::collection::vec((proptest::prelude::any::<proptest::sample::Index>(), 0u8..128), 1..5),
+        ) {
+            let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
+            let mut bytes = glb(&json, &data);
+            damage.iter().for_each(|(at, byte)| { let at = at.index(bytes.len()); bytes[at] = *byte; });
+            let _ = read(&bytes, Format::Glb, &Limits::default());
+        }
+
+        /// Digits only, so that the JSON stays readable and its numbers lie.
+        #[test]
+        fn survives_false_numbers(
+            damage in proptest::collection::vec((proptest::prelude::any::<proptest::sample::Index>(), b'0'..=b'9'), 1..6),
+        ) {
+            let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
+            let mut bytes = glb(&json, &data);
+            let digits: Vec<usize> = (PREAMBLE..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
+            damage.iter().for_each(|(at, digit)| bytes[digits[at.index(digits.len())]] = *digit);
+            let _ = read(&bytes, Format::Glb, &Limits::default());
         }
     }
 }

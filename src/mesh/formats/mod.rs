@@ -76,7 +76,7 @@ impl Format {
     pub fn from_media_type(media_type: &str) -> Option<Format> {
         let essence = media_type.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
         match essence.as_str() {
-            "model/obj" | "application/x-tgif" => Some(Format::Obj),
+            "model/obj" => Some(Format::Obj),
             "model/off" | "application/x-off" | "text/off" => Some(Format::Off),
             "model/ply" | "application/ply" | "application/x-ply" | "text/ply" => Some(Format::Ply),
             "model/stl"
@@ -189,5 +189,25 @@ impl Polygons {
     /// A vertex of the file, with its line.
     pub fn vertex_place(&self, vertex: usize) -> Place {
         Place { line: self.vertex_lines.get(vertex).map(|&line| line.into()), ..Place::vertex(vertex) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knows_names_and_media_types() {
+        assert_eq!(Format::from_name("GLB"), Some(Format::Glb));
+        assert_eq!(Format::from_name("fbx"), None);
+        assert_eq!(Format::from_media_type("Model/STL; charset=binary"), Some(Format::Stl));
+        assert_eq!(Format::from_media_type("application/octet-stream"), None);
+    }
+
+    #[test]
+    fn sniffs_nothing_in_strange_bytes() {
+        for bytes in [b"".as_slice(), b"hello", b"\x89PNG\r\n", b"{\"vertices\": []}", b"vn 0 0 1\n"] {
+            assert_eq!(Format::sniff(bytes), None);
+        }
     }
 }

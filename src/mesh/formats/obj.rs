@@ -6,6 +6,7 @@
 use super::Polygons;
 use super::text;
 use crate::mesh::refusal::{Faults, Place, Refusal};
+use crate::mesh::soundness::MOST_CORNERS;
 
 /// Bytes looked at to recognise a file.
 const HEAD: usize = 1 << 16;
@@ -35,10 +36,12 @@ pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Ref
                 Ok(position) => polygons.push_vertex(position, Some(number))?,
                 Err(detail) => faults.push(Place::line(number), detail),
             },
-            Some(b"f") => match words.map(|word| corner(word, polygons.positions.len())).collect() {
-                Ok::<Vec<i64>, _>(corners) => polygons.push_face(corners, Some(number))?,
-                Err(detail) => faults.push(Place::line(number), detail),
-            },
+            Some(b"f") => {
+                match words.take(MOST_CORNERS + 1).map(|word| corner(word, polygons.positions.len())).collect() {
+                    Ok::<Vec<i64>, _>(corners) => polygons.push_face(corners, Some(number))?,
+                    Err(detail) => faults.push(Place::line(number), detail),
+                }
+            }
             Some(b"l" | b"p") => polygons.ignored += 1,
             _ => {}
         }

@@ -192,4 +192,17 @@ mod tests {
         let lines: Vec<_> = faults.listed.iter().filter_map(|fault| fault.place.line).collect();
         assert_eq!(lines, [4, 2, 6, 8, 10]);
     }
+
+    proptest::proptest! {
+        #[test]
+        fn survives_damage_to_binary_files(
+            damage in proptest::collection::vec((0usize..284, proptest::prelude::any::<u8>()), 0..5),
+            length in 0usize..=284,
+        ) {
+            let mut bytes = binary(b"");
+            damage.iter().for_each(|&(at, byte)| bytes[at] = byte);
+            let _ = read(&bytes, Format::Stl, &Limits::default());
+            let _ = read(&bytes[..length], Format::Stl, &Limits::default());
+        }
+    }
 }

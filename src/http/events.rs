@@ -1,0 +1,83 @@
+//! The course of a match as server-sent events.
+
+use std::convert::Infallible;
+
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use futures::stream::{self, Stream};
+use tokio::sync::watch;
+
+use super::App;
+use super::job_document::MatchDocument;
+use super::matches::found;
+use super::problem::{Fault, Problem};
+use super::query::Id;
+use crate::store::Job;
+
+/// Streams the changes of a match until it is finished.
+///
+/// One event `status` per change, its data the match, its id the revision. `Last-Event-ID` leaves out what was seen;
+/// where nothing can follow, the answer is 204, which tells an `EventSource` not to come again.
+#[utoipa::path(
+    get, path = "/v1/matches/{id}/events", tag = "matches",
+    params(("id" = String, Path), ("Last-Event-ID" = Option<i64>, Header, description = "the id of the last event seen")),
+    responses(
+        (status = 200, description = "the events", content_type = "text/event-stream", body = String),
+        (status = 204, description = "the last event was seen"),
+    ),
+)]
+pub async fn stream(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    let seen = last_event_id(&headers)?;
+    let job = found(&app, &id).await?;
+    if job.state.finished() && job.revision <= seen {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
+    let changes = app.store.changes();
+    let events = events(Course { app, id, seen, changes, ended: false });
+    Ok(Sse::new(events).keep_alive(KeepAlive::default()).into_response())
+}
+
+/// The revision the client saw last, −1 where it saw none.
+fn last_event_id(headers: &HeaderMap) -> Result<i64, Problem> {
+    let Some(value) = headers.get("last-event-id") else { return Ok(-1) };
+    let revision = value.to_str().ok().and_then(|value| value.parse().ok());
+    revision.ok_or_else(|| Problem::malformed(Fault::in_header("last-event-id", "an event id here is an integer")))
+}
+
+/// Where one client is in the course of a match.
+struct Course {
+    app: App,
+    id: String,
+    seen: i64,
+    changes: watch::Receiver<u64>,
+    ended: bool,
+}
+
+fn events(course: Course) -> impl Stream<Item = Result<Event, Infallible>> {
+    stream::unfold(course, |mut course| async move {
+        let job = course.next().await?;
+        course.seen = job.revision;
+        course.ended = job.state.finished();
+        let event = Event::default().event("status").id(job.revision.to_string());
+        let event = event.json_data(MatchDocument::from(job)).ok()?;
+        Some((Ok(event), course))
+    })
+}
+
+impl Course {
+    /// The match at its next revision; nothing after its end, its deletion or the end of the server.
+    async fn next(&mut self) -> Option<Job> {
+        while !self.ended {
+            let job = self.app.store.job(&self.id).await.ok()??;
+            if job.revision > self.seen {
+                return Some(job);
+            }
+            if job.state.finished() || !self.app.change(&mut self.changes).await {
+                return None;
+            }
+        }
+        None
+    }
+}

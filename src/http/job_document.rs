@@ -1,0 +1,91 @@
+//! What is told of a job.
+
+use std::time::{Duration, UNIX_EPOCH};
+
+use serde::Serialize;
+use serde_json::Value;
+use utoipa::ToSchema;
+
+use super::matches::path;
+use crate::store::{Job, State};
+
+/// A match and how far it is.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct MatchDocument {
+    pub id: String,
+    pub status: Status,
+    pub progress: Progress,
+    /// RFC 3339.
+    #[schema(format = DateTime)]
+    pub created_at: String,
+    #[schema(format = DateTime)]
+    pub started_at: Option<String>,
+    #[schema(format = DateTime)]
+    pub finished_at: Option<String>,
+    /// Problem details of a match that failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<super::problem::Problem>)]
+    pub error: Option<Value>,
+    pub links: Links,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    Queued,
+    Running,
+    Succeeded,
+    Failed,
+    Cancelled,
+}
+
+#[derive(Debug, Serialize, ToSchema)]
+pub struct Progress {
+    /// The stage under way, once there is one.
+    pub stage: Option<String>,
+    /// The share of the whole that is done.
+    #[schema(minimum = 0, maximum = 1)]
+    pub fraction: f64,
+}
+
+#[derive(Debug, Serialize, ToSchema)]
+pub struct Links {
+    #[serde(rename = "self")]
+    pub itself: String,
+    pub result: String,
+    pub events: String,
+}
+
+impl From<Job> for MatchDocument {
+    fn from(job: Job) -> MatchDocument {
+        let itself = path(&job.id);
+        MatchDocument {
+            status: job.state.into(),
+            progress: Progress { stage: job.stage, fraction: job.fraction },
+            created_at: timestamp(job.created_ms),
+            started_at: job.started_ms.map(timestamp),
+            finished_at: job.finished_ms.map(timestamp),
+            error: job.error,
+            links: Links { result: format!("{itself}/result"), events: format!("{itself}/events"), itself },
+            id: job.id,
+        }
+    }
+}
+
+impl From<State> for Status {
+    fn from(state: State) -> Status {
+        match state {
+            State::Queued => Status::Queued,
+            State::Running => Status::Running,
+            State::Succeeded => Status::Succeeded,
+            State::Failed => Status::Failed,
+            State::Cancelled => Status::Cancelled,
+        }
+    }
+}
+
+/// Milliseconds since 1970 as RFC 3339 in UTC.
+pub fn timestamp(milliseconds: i64) -> String {
+    let since = Duration::from_millis(u64::try_from(milliseconds).unwrap_or(0));
+    humantime::format_rfc3339_millis(UNIX_EPOCH + since).to_string()
+}

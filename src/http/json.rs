@@ -1,0 +1,209 @@
+//! JSON bodies, read strictly: UTF-8, no duplicate key, nothing after the value, every failure with its pointer.
+
+use std::fmt;
+
+use serde::de::{DeserializeOwned, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::Deserialize;
+use serde_json::{Map, Number, Value};
+use serde_path_to_error::{Path, Segment};
+
+use super::problem::{Fault, Problem};
+
+/// Integers up to here have one spelling as a double.
+const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
+
+/// The value a JSON body stands for.
+///
+/// # Errors
+/// 400 where the bytes are not JSON or a key occurs twice; 422 where they are JSON of another shape.
+pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+    let tree = tree(bytes)?;
+    shaped(&tree).map_err(|fault| Problem::refused("the body does not have the shape asked for", vec![fault]))
+}
+
+/// The tree of a JSON text, in which every number without a fraction is an integer, as JSON Schema has it.
+fn tree(bytes: &[u8]) -> Result<Value, Problem> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        Problem::malformed(Fault::at_place(format!("byte {}", error.valid_up_to()), "the body is not UTF-8"))
+    })?;
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let Strict(tree) = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|error| Problem::malformed(Fault::at_pointer(pointer(error.path()), error.inner().to_string())))?;
+    let end = deserializer.end();
+    end.map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))?;
+    Ok(tree)
+}
+
+/// `tree` as a `T`, or the fault with the pointer of what is to blame.
+fn shaped<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
+    serde_path_to_error::deserialize(tree).map_err(|error| {
+        let (at, detail) = (pointer(error.path()), error.inner().to_string());
+        let at = match named_field(&detail) {
+            Some(field) => field_pointer(&at, field),
+            None => culprit::<T>(tree, &at, &detail).unwrap_or(at),
+        };
+        Fault::at_pointer(at, detail)
+    })
+}
+
+/// The field that is missing or unknown by the words of serde.
+fn named_field(detail: &str) -> Option<&str> {
+    let rest = detail.strip_prefix("missing field `").or_else(|| detail.strip_prefix("unknown field `"))?;
+    rest.split('`').next()
+}
+
+/// `at` with `field` appended, unless it ends there already.
+fn field_pointer(at: &str, field: &str) -> String {
+    let field = escaped(field);
+    if at.rsplit('/').next() == Some(&field) && at.contains('/') { at.to_owned() } else { format!("{at}/{field}") }
+}
+
+/// The pointer of the member of the object at `at` that makes reading it fail with `detail`.
+///
+/// serde buffers an internally tagged enum before reading it, which loses the path below the enum: the member is found
+/// by leaving out one at a time until the failure changes.
+fn culprit<T: DeserializeOwned>(tree: &Value, at: &str, detail: &str) -> Option<String> {
+    let members = tree.pointer(at)?.as_object()?;
+    let to_blame = members.keys().find(|key| {
+        let mut without = tree.clone();
+        if let Some(Value::Object(object)) = without.pointer_mut(at) {
+            object.remove(*key);
+        }
+        let failure = serde_path_to_error::deserialize::<_, T>(&without).err();
+        failure.is_none_or(|error| error.inner().to_string() != detail)
+    })?;
+    Some(format!("{at}/{}", escaped(to_blame)))
+}
+
+fn pointer(path: &Path) -> String {
+    path.iter().fold(String::new(), |pointer, segment| match segment {
+        Segment::Seq { index } => format!("{pointer}/{index}"),
+        Segment::Map { key } | Segment::Enum { variant: key } => format!("{pointer}/{}", escaped(key)),
+        Segment::Unknown => pointer,
+    })
+}
+
+/// A key as a reference token of RFC 6901.
+fn escaped(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
+}
+
+/// A JSON value whose objects name no key twice.
+struct Strict(Value);
+
+impl<'de> Deserialize<'de> for Strict {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Strict, D::Error> {
+        deserializer.deserialize_any(StrictVisitor).map(Strict)
+    }
+}
+
+struct StrictVisitor;
+
+impl<'de> Visitor<'de> for StrictVisitor {
+    type Value = Value;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a JSON value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+
+    fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
+        Ok(Value::Bool(value))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Value, E> {
+        Ok(Value::from(value))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<Value, E> {
+        Ok(Value::from(value))
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Value, E> {
+        if value.fract() == 0.0 && value.abs() <= LARGEST_EXACT_INTEGER {
+            return Ok(Value::from(value as i64));
+        }
+        Number::from_f64(value).map(Value::Number).ok_or_else(|| E::custom("number out of range"))
+    }
+
+    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
+        Ok(Value::from(value))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Value, A::Error> {
+        let mut array = Vec::new();
+        while let Some(Strict(element)) = elements.next_element()? {
+            array.push(element);
+        }
+        Ok(Value::Array(array))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<Value, A::Error> {
+        let mut object = Map::new();
+        while let Some((key, Strict(value))) = members.next_entry::<String, Strict>()? {
+            if object.contains_key(&key) {
+                return Err(A::Error::custom(format_args!("the key {key:?} occurs twice")));
+            }
+            object.insert(key, value);
+        }
+        Ok(Value::Object(object))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::request::MatchRequest;
+
+    fn refusal(text: &str) -> (u16, Fault) {
+        let problem = parsed::<MatchRequest>(text.as_bytes()).unwrap_err();
+        (problem.status, problem.errors[0].clone())
+    }
+
+    #[track_caller]
+    fn assert_refused(text: &str, status: u16, pointer: &str) {
+        let (found, fault) = refusal(text);
+        assert_eq!((found, fault.pointer.as_deref()), (status, Some(pointer)), "{}", fault.detail);
+    }
+
+    #[test]
+    fn reads_integers_written_with_a_fraction_of_zero() {
+        let request: MatchRequest = parsed(br#"{"mesh": "m", "sketch": "s", "basis": {"k": 40.0}}"#).unwrap();
+        assert_eq!(request.basis.unwrap().k, Some(40));
+    }
+
+    #[test]
+    fn names_the_place_of_every_defect() {
+        assert_refused(r#"{"sketch": "s"}"#, 422, "/mesh");
+        assert_refused(r#"{"mesh": 1, "sketch": "s"}"#, 422, "/mesh");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "meshes": 1}"#, 422, "/meshes");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": -1}}"#, 422, "/basis/k");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k/": 1}}"#, 422, "/basis/k~1");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "landmarks": [{"sketch": [0], "mesh": 1}]}"#, 422, "/landmarks/0/sketch");
+        assert_refused("[]", 422, "");
+    }
+
+    #[test]
+    fn names_the_member_of_a_tagged_object() {
+        let with = |regulariser: &str| format!(r#"{{"mesh": "m", "sketch": "s", "regulariser": {regulariser}}}"#);
+        assert_refused(&with(r#"{"type": "l1", "gamma": "large"}"#), 422, "/regulariser/gamma");
+        assert_refused(&with(r#"{"type": "l1", "gama": 1}"#), 422, "/regulariser/gama");
+        assert_refused(&with(r#"{"type": "l3"}"#), 422, "/regulariser/type");
+        assert_refused(&with(r#"{"gamma": 1}"#), 422, "/regulariser/type");
+        assert_refused(&with(r#"{"type": "l1", "max_iterations": 1.5}"#), 422, "/regulariser/max_iterations");
+        assert_refused(&with("7"), 422, "/regulariser");
+    }
+
+    #[test]
+    fn refuses_what_is_not_strict_json() {
+        assert_refused(r#"{"mesh": "m", "mesh": "n", "sketch": "s"}"#, 400, "");
+        assert_refused(r#"{"mesh": "m", "sketch": "s"} 1"#, 400, "");
+        assert_refused("", 400, "");
+        assert_refused(&"[".repeat(10_000), 400, &"/0".repeat(127));
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": 1e999}}"#, 400, "/basis/k");
+        assert_eq!(parsed::<MatchRequest>(b"{\"mesh\": \"\xff\"}").unwrap_err().status, 400);
+    }
+}

@@ -1,0 +1,180 @@
+//! Matches: asked for, looked at, ended.
+
+use std::time::Duration;
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use tokio::time::{Instant, timeout_at};
+
+use super::body::JsonBody;
+use super::idempotency::{Answer, IdempotencyKey, fingerprint};
+use super::job_document::MatchDocument;
+use super::page::{Listing, PageQuery};
+use super::preference::Wait;
+use super::problem::{Fault, Problem};
+use super::query::{Id, Query};
+use super::shapes::cursor_fault;
+use super::{App, PREFERENCE_APPLIED, json};
+use crate::pipeline::{self, request::MatchRequest, request::Settings};
+use crate::store::{Job, JobKind, Kind};
+
+const PATH: &str = "/v1/matches";
+
+/// Seconds after which to look at an unfinished match again.
+const LOOK_AGAIN: u32 = 1;
+
+/// The address of a match.
+pub fn path(id: &str) -> String {
+    format!("{PATH}/{id}")
+}
+
+/// Asks for a match.
+///
+/// Only `mesh` and `sketch` are required. `Prefer: wait=N` (at most 60) answers a short match in the same response.
+#[utoipa::path(
+    post, path = "/v1/matches", tag = "matches",
+    params(
+        ("Prefer" = Option<String>, Header, description = "`wait=N`: seconds to wait for the end of the match"),
+        ("Idempotency-Key" = Option<String>, Header, description = "the same key never makes a second match"),
+    ),
+    request_body = MatchRequest,
+    responses(
+        (status = 202, description = "queued", body = MatchDocument, headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 200, description = "finished within the wait", body = MatchDocument, headers(("Preference-Applied" = String))),
+    ),
+)]
+pub async fn create(
+    State(app): State<App>,
+    key: IdempotencyKey,
+    wait: Wait,
+    JsonBody(body): JsonBody,
+) -> Result<Response, Problem> {
+    let print = fingerprint(&[&body]);
+    let request = submitted(&app, &body, key.dedupe(&print));
+    let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
+    let location = answer.location.clone().unwrap_or_default();
+    let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
+    let id = location.trim_start_matches(PATH).trim_start_matches('/');
+    let mut response = match finished(&app, id, patience).await? {
+        Some(job) => Answer::json(StatusCode::OK, Some(location), &MatchDocument::from(job))?.into_response(),
+        None => accepted(answer),
+    };
+    let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
+    response.headers_mut().extend(applied.map(|applied| (PREFERENCE_APPLIED, applied)));
+    Ok(response)
+}
+
+/// Queues the match that `body` asks for.
+async fn submitted(app: &App, body: &[u8], dedupe: Option<String>) -> Result<Answer, Problem> {
+    let request: MatchRequest = json::parsed(body)?;
+    let settings = settings(app, &request).await?;
+    app.room_in_queue().await?;
+    let payload = serde_json::to_value(&settings).map_err(Problem::internal)?;
+    let job = app.store.submit(JobKind::Match, &payload, dedupe.as_deref()).await?;
+    Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &MatchDocument::from(job))
+}
+
+/// The request with every value filled in, checked against the shapes it names.
+///
+/// # Errors
+/// 422 with every fault found.
+async fn settings(app: &App, request: &MatchRequest) -> Result<Settings, Problem> {
+    let mut faults = Vec::new();
+    let sketch = vertices(app, Kind::Sketch, &request.sketch, &mut faults).await?;
+    let mesh = vertices(app, Kind::Mesh, &request.mesh, &mut faults).await?;
+    let settings = Settings::resolve(request);
+    if let Ok(settings) = &settings
+        && let (Some(sketch), Some(mesh)) = (sketch, mesh)
+    {
+        faults.extend(pipeline::check(settings, sketch, mesh).into_iter().map(Fault::from));
+    }
+    match settings {
+        Ok(settings) if faults.is_empty() => Ok(settings),
+        settings => {
+            faults.extend(settings.err().into_iter().flatten().map(Fault::from));
+            Err(Problem::refused("the match cannot be carried out as asked", faults))
+        }
+    }
+}
+
+/// The number of vertices of a shape; where there is no such shape, a fault.
+async fn vertices(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> Result<Option<usize>, Problem> {
+    let shape = app.store.shape(kind, id).await?;
+    if shape.is_none() {
+        let noun = kind.noun();
+        faults.push(Fault::at_pointer(format!("/{noun}"), format!("there is no {noun} {id}")));
+    }
+    Ok(shape.and_then(|shape| usize::try_from(shape.body.get("vertices")?.as_u64()?).ok()))
+}
+
+/// 202 with the time to look again.
+fn accepted(answer: Answer) -> Response {
+    let mut response = answer.into_response();
+    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(LOOK_AGAIN));
+    response
+}
+
+/// The match once it is finished; nothing where that takes longer than `patience` or the server stops.
+async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
+    let deadline = Instant::now() + patience;
+    let mut changes = app.store.changes();
+    loop {
+        let job = app.store.job(id).await?;
+        match job {
+            Some(job) if job.state.finished() => return Ok(Some(job)),
+            Some(_) => {}
+            None => return Ok(None),
+        }
+        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
+            return Ok(None);
+        }
+    }
+}
+
+/// Lists the matches, newest first.
+#[utoipa::path(
+    get, path = "/v1/matches", tag = "matches", params(PageQuery),
+    responses((status = 200, description = "a page", body = Listing<MatchDocument>)),
+)]
+pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+    let jobs = app.store.jobs(JobKind::Match, &query.page()?).await.map_err(cursor_fault)?;
+    query.listing(PATH, jobs, Job::cursor, |job| Ok(MatchDocument::from(job)))
+}
+
+/// Tells how far a match is.
+#[utoipa::path(
+    get, path = "/v1/matches/{id}", tag = "matches", params(("id" = String, Path)),
+    responses((status = 200, description = "the match", body = MatchDocument)),
+)]
+pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
+    Ok(Json(found(&app, &id).await?.into()))
+}
+
+/// Cancels a match that is queued or running, deletes one that is finished.
+#[utoipa::path(
+    delete, path = "/v1/matches/{id}", tag = "matches", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "cancelled", body = MatchDocument),
+        (status = 204, description = "deleted"),
+    ),
+)]
+pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem> {
+    let job = found(&app, &id).await?;
+    if !job.state.finished() {
+        let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
+        return Ok(Json(MatchDocument::from(job)).into_response());
+    }
+    app.store.delete(&id).await?;
+    Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+/// The match of this id.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn found(app: &App, id: &str) -> Result<Job, Problem> {
+    let job = app.store.job(id).await?.filter(|job| job.kind == JobKind::Match);
+    job.ok_or_else(|| Problem::not_found(format_args!("match {id}")))
+}

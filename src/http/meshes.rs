@@ -1,0 +1,157 @@
+//! Meshes: uploaded, looked at, listed.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::App;
+use super::body::{Upload, unsupported};
+use super::idempotency::{IdempotencyKey, fingerprint};
+use super::page::{Listing, PageQuery};
+use super::problem::{Fault, Problem};
+use super::query::{Id, Query};
+use super::representation::immutable;
+use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
+use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::{Summary, summary};
+use crate::mesh::formats::{Format, Limits};
+use crate::mesh::refusal::{Refusal, Warning};
+use crate::mesh::validation::{Imported, import};
+use crate::store::Kind;
+
+/// A mesh as it was understood.
+pub type MeshDocument = ShapeDocument<MeshMeasures>;
+
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
+pub struct MeshMeasures {
+    #[serde(flatten)]
+    summary: Summary,
+    /// What was mended, and what is to be known.
+    warnings: Vec<Warning>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct UploadQuery {
+    /// The file format; by default what the content type, the file's name or its bytes tell.
+    #[param(inline)]
+    format: Option<Format>,
+    /// A name to list the mesh under.
+    #[param(max_length = 200)]
+    name: Option<String>,
+}
+
+/// Takes a mesh.
+///
+/// The file is the raw body, or the part `file` of a form. The same content is stored once.
+#[utoipa::path(
+    post, path = "/v1/meshes", tag = "meshes",
+    params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, description = "the same key gets the same answer")),
+    request_body(description = "OBJ, OFF, PLY, STL or GLB", content(
+        ("application/octet-stream"), ("model/obj"), ("model/stl"), ("model/gltf-binary"), ("multipart/form-data"),
+    )),
+    responses(
+        (status = 201, description = "taken", body = MeshDocument, headers(("Location" = String))),
+        (status = 200, description = "known already", body = MeshDocument, headers(("Location" = String))),
+    ),
+)]
+pub async fn upload(
+    State(app): State<App>,
+    Query(query): Query<UploadQuery>,
+    key: IdempotencyKey,
+    upload: Upload,
+) -> Result<Response, Problem> {
+    let print = fingerprint(&[&upload.bytes, format!("{query:?}").as_bytes()]);
+    let store = app.store.clone();
+    let answer = async {
+        let name = shapes::name(query.name, upload.file_name.clone())?;
+        let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
+        let taken = app.off_runtime(move || {
+            let Upload { bytes, media_type, file_name, .. } = &upload;
+            imported(bytes, query.format, media_type.as_deref(), file_name.as_deref(), &limits).map(measured)
+        });
+        let (mesh, measures) = taken.await??;
+        let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
+        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(&mesh, name.as_deref(), body).await?)
+    };
+    Ok(key.once(&store, "POST /v1/meshes", &print, answer).await?.into_response())
+}
+
+/// The mesh beside its measures.
+fn measured(Imported { mesh, warnings }: Imported) -> (TriangleMesh, MeshMeasures) {
+    let summary = summary(&mesh);
+    (mesh, MeshMeasures { summary, warnings })
+}
+
+/// The mesh in a file of the format named, else of that which the media type, the file's name or the bytes tell.
+///
+/// # Errors
+/// 415 where nothing tells the format, 413 beyond the limits, 422 with every fault of a mesh that cannot be matched.
+pub fn imported(
+    bytes: &[u8],
+    format: Option<Format>,
+    media_type: Option<&str>,
+    file_name: Option<&str>,
+    limits: &Limits,
+) -> Result<Imported, Problem> {
+    let by_name = || Format::from_name(file_name?.rsplit_once('.')?.1);
+    let format = format.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
+    let format = format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
+        unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb")
+    })?;
+    import(bytes, format, limits).map_err(refused)
+}
+
+/// The problem of a mesh that is not taken.
+fn refused(refusal: Refusal) -> Problem {
+    match refusal {
+        Refusal::TooLarge { .. } => Problem::new(StatusCode::PAYLOAD_TOO_LARGE, refusal.to_string()),
+        Refusal::Invalid(faults) => {
+            let unlisted = match faults.unlisted {
+                0 => String::new(),
+                more => format!("; {more} more faults are not listed"),
+            };
+            let faults = faults.listed.into_iter().map(|fault| Fault::at_place(fault.place.to_string(), fault.detail));
+            Problem::refused(format!("the file is not a mesh that can be matched{unlisted}"), faults.collect())
+        }
+    }
+}
+
+/// Lists the meshes, newest first.
+#[utoipa::path(
+    get, path = "/v1/meshes", tag = "meshes", params(PageQuery),
+    responses((status = 200, description = "a page", body = Listing<MeshDocument>)),
+)]
+pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+    shapes::listed::<MeshMeasures>(&app, Kind::Mesh, &query).await
+}
+
+/// Answers what is known of a mesh.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+    responses((status = 200, description = "the mesh", body = MeshDocument)),
+)]
+pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MeshDocument>, Problem> {
+    Ok(Json(shapes::document(shapes::found(&app, Kind::Mesh, &id).await?)?))
+}
+
+/// Answers the triangles of a mesh.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}/mesh", tag = "meshes", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "the triangles", body = Geometry),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    shapes::found(&app, Kind::Mesh, &id).await?;
+    let mesh = app.store.mesh(&id).await?.ok_or_else(|| Problem::not_found(format_args!("mesh {id}")))?;
+    let written = app.off_runtime(move || {
+        serde_json::to_vec(&Geometry { vertices: Coordinates::Space(mesh.positions()), triangles: mesh.triangles() })
+    });
+    Ok(immutable(&headers, "application/json", written.await?.map_err(Problem::internal)?.into()))
+}

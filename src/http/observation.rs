@@ -1,0 +1,84 @@
+//! What is known of every request: its identifier, its trace, its log line and its metrics.
+
+use std::time::Instant;
+
+use axum::extract::{MatchedPath, Request};
+use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::middleware::Next;
+use axum::response::Response;
+use tracing::Instrument;
+use uuid::Uuid;
+
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+const TRACE_PARENT: HeaderName = HeaderName::from_static("traceparent");
+
+/// The longest identifier taken over from a client.
+const LONGEST_REQUEST_ID: usize = 128;
+
+/// Answers with `X-Request-Id` (the client's, or a new one) and the client's `traceparent`, and logs and counts.
+pub async fn observed(request: Request, next: Next) -> Response {
+    let started = Instant::now();
+    let request_id = request_id(request.headers());
+    let trace = trace_parent(request.headers());
+    let method = request.method().to_string();
+    let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
+    let span = tracing::info_span!(
+        "request",
+        method,
+        path = request.uri().path(),
+        request_id = request_id.to_str().unwrap_or_default(),
+        trace = trace.as_ref().and_then(|value| value.to_str().ok()),
+    );
+    let mut response = next.run(request).instrument(span.clone()).await;
+    let (status, seconds) = (response.status().as_u16(), started.elapsed().as_secs_f64());
+    span.in_scope(|| tracing::info!(status, seconds, "answered"));
+    let status = status.to_string();
+    metrics::counter!("http_requests_total", "method" => method.clone(), "route" => route.clone(), "status" => status)
+        .increment(1);
+    metrics::histogram!("http_request_seconds", "method" => method, "route" => route).record(seconds);
+    response.headers_mut().insert(REQUEST_ID, request_id);
+    response.headers_mut().extend(trace.map(|value| (TRACE_PARENT, value)));
+    response
+}
+
+fn request_id(headers: &HeaderMap) -> HeaderValue {
+    let fits = |value: &&HeaderValue| {
+        let length = value.len();
+        (1..=LONGEST_REQUEST_ID).contains(&length) && value.as_bytes().iter().all(u8::is_ascii_graphic)
+    };
+    // Unwrap safety: a hyphenated UUID is ASCII, so the fallback is never taken.
+    let new = || HeaderValue::try_from(Uuid::now_v7().to_string()).unwrap_or(HeaderValue::from_static("none"));
+    headers.get(REQUEST_ID).filter(fits).cloned().unwrap_or_else(new)
+}
+
+/// The trace context of the client where it has the form of W3C Trace Context: four fields of hexadecimal digits.
+fn trace_parent(headers: &HeaderMap) -> Option<HeaderValue> {
+    let value = headers.get(TRACE_PARENT)?;
+    let fields: Vec<&str> = value.to_str().ok()?.split('-').collect();
+    let hexadecimal = |field: &&str| field.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+    let lengths: Vec<usize> = fields.iter().map(|field| field.len()).collect();
+    (lengths == [2, 32, 16, 2] && fields.iter().all(hexadecimal)).then(|| value.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_over_only_decent_identifiers() {
+        let with = |value: &str| HeaderMap::from_iter([(REQUEST_ID, HeaderValue::try_from(value).unwrap())]);
+        assert_eq!(request_id(&with("abc-1")), "abc-1");
+        assert_ne!(request_id(&with("a b")), "a b");
+        assert_ne!(request_id(&with(&"a".repeat(129))), "a".repeat(129).as_str());
+        assert_ne!(request_id(&HeaderMap::new()), request_id(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn takes_over_only_well_formed_traces() {
+        let with = |value: &'static str| HeaderMap::from_iter([(TRACE_PARENT, HeaderValue::from_static(value))]);
+        let trace = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
+        assert_eq!(trace_parent(&with(trace)).unwrap(), trace);
+        assert_eq!(trace_parent(&with("00-4bf9-00f0-01")), None);
+        assert_eq!(trace_parent(&with("00-4BF92F3577B34DA6A3CE929D0E0E4736-00f067aa0ba902b7-01")), None);
+    }
+}

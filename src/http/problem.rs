@@ -1,0 +1,204 @@
+//! Everything that can go wrong, as problem details (RFC 9457).
+
+use std::any::Any;
+use std::borrow::Cow;
+
+use axum::body::to_bytes;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+
+use crate::pipeline;
+use crate::store::StoreError;
+
+/// Media type of every error.
+pub const MEDIA_TYPE: &str = "application/problem+json";
+
+/// The longest explanation taken over from a plain-text error of the framework.
+const LONGEST_PLAIN_ERROR: usize = 4096;
+
+/// Problem details: why a request was not carried out, and every place in it that is to blame.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Problem {
+    /// `about:blank`: the title says all there is to the type.
+    #[serde(rename = "type")]
+    #[schema(value_type = String)]
+    pub kind: Cow<'static, str>,
+    /// The phrase of the status.
+    #[schema(value_type = String)]
+    pub title: Cow<'static, str>,
+    /// The status of the answer.
+    pub status: u16,
+    /// What happened here.
+    pub detail: String,
+    /// Every fault found, with its place.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub errors: Vec<Fault>,
+    #[serde(skip)]
+    retry_after: Option<u32>,
+}
+
+/// One fault and its place: a JSON pointer into the request's body, or the name of a place outside it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ProblemFault)]
+pub struct Fault {
+    /// JSON pointer (RFC 6901) into the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
+    /// A place no pointer reaches: a query parameter, a header, a line or face of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
+    pub detail: String,
+}
+
+impl Fault {
+    pub fn at_pointer(pointer: impl Into<String>, detail: impl Into<String>) -> Fault {
+        Fault { pointer: Some(pointer.into()), place: None, detail: detail.into() }
+    }
+
+    pub fn at_place(place: impl Into<String>, detail: impl Into<String>) -> Fault {
+        Fault { pointer: None, place: Some(place.into()), detail: detail.into() }
+    }
+
+    /// A fault of the query parameter `name`.
+    pub fn in_query(name: &str, detail: impl Into<String>) -> Fault {
+        Fault::at_place(format!("query parameter {name}"), detail)
+    }
+
+    /// A fault of the header `name`.
+    pub fn in_header(name: &str, detail: impl Into<String>) -> Fault {
+        Fault::at_place(format!("header {name}"), detail)
+    }
+}
+
+impl From<pipeline::Fault> for Fault {
+    fn from(fault: pipeline::Fault) -> Fault {
+        Fault::at_pointer(fault.pointer, fault.detail)
+    }
+}
+
+impl Problem {
+    /// A problem of one status that names no place.
+    pub fn new(status: StatusCode, detail: impl Into<String>) -> Problem {
+        Problem {
+            kind: Cow::Borrowed("about:blank"),
+            title: Cow::Borrowed(status.canonical_reason().unwrap_or("Unknown Status")),
+            status: status.as_u16(),
+            detail: detail.into(),
+            errors: Vec::new(),
+            retry_after: None,
+        }
+    }
+
+    /// 422: understood, but not acceptable.
+    pub fn refused(detail: impl Into<String>, errors: Vec<Fault>) -> Problem {
+        Problem { errors, ..Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail) }
+    }
+
+    /// 400: not understood.
+    pub fn malformed(fault: Fault) -> Problem {
+        Problem { errors: vec![fault.clone()], ..Problem::new(StatusCode::BAD_REQUEST, fault.detail) }
+    }
+
+    /// 404: no resource of this name; `what` is a noun phrase such as "mesh m".
+    pub fn not_found(what: impl std::fmt::Display) -> Problem {
+        Problem::new(StatusCode::NOT_FOUND, format!("there is no {what}"))
+    }
+
+    /// 413: the body has more than `limit` bytes.
+    pub fn too_large(limit: usize) -> Problem {
+        Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("the body is larger than the {limit} bytes allowed here"))
+    }
+
+    /// 503: come back in `seconds`.
+    pub fn busy(detail: impl Into<String>, seconds: u32) -> Problem {
+        Problem { retry_after: Some(seconds), ..Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail) }
+    }
+
+    /// 500: the fault is ours; what is known of it goes to the log, not to the client.
+    pub fn internal(error: impl std::fmt::Display) -> Problem {
+        tracing::error!(%error, "internal error");
+        Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the server failed; the request identifier finds it in the log")
+    }
+
+    /// The same problem, to be asked again in `seconds`.
+    pub fn retry_after(self, seconds: u32) -> Problem {
+        Problem { retry_after: Some(seconds), ..self }
+    }
+
+    /// The problem a job that failed left behind.
+    pub fn of_job(error: Option<&Value>) -> Problem {
+        let text = |field: &str| error.and_then(|error| error.get(field)?.as_str()).map(str::to_owned);
+        let status = error.and_then(|error| error.get("status")?.as_u64());
+        let status = status.and_then(|status| StatusCode::from_u16(u16::try_from(status).ok()?).ok());
+        let problem = Problem::new(
+            status.unwrap_or(StatusCode::INTERNAL_SERVER_ERROR),
+            text("detail").unwrap_or_else(|| "the computation failed".to_owned()),
+        );
+        let errors = error.and_then(|error| serde_json::from_value(error.get("errors")?.clone()).ok());
+        Problem {
+            kind: text("type").map_or(problem.kind, Cow::Owned),
+            title: text("title").map_or(problem.title, Cow::Owned),
+            errors: errors.unwrap_or_default(),
+            ..problem
+        }
+    }
+
+    /// The answer for a handler that panicked.
+    pub fn of_panic(panic: Box<dyn Any + Send + 'static>) -> Response {
+        let message = panic.downcast_ref::<String>().map(String::as_str);
+        let message = message.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        Problem::internal(format_args!("panic: {message}")).into_response()
+    }
+}
+
+impl From<StoreError> for Problem {
+    fn from(error: StoreError) -> Problem {
+        Problem::internal(error)
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let retry_after = self.retry_after;
+        let mut response = (status, axum::Json(self)).into_response();
+        response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(MEDIA_TYPE));
+        if let Some(seconds) = retry_after {
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        response
+    }
+}
+
+/// An error the framework answered by itself (no such route, no such method), dressed as a problem; its headers stay.
+pub async fn dressed(response: Response) -> Response {
+    let status = response.status();
+    let content_type = response.headers().get(header::CONTENT_TYPE);
+    let is_problem = content_type.is_some_and(|value| value == MEDIA_TYPE);
+    if is_problem || !(status.is_client_error() || status.is_server_error()) {
+        return response;
+    }
+    let (mut parts, body) = response.into_parts();
+    let text = to_bytes(body, LONGEST_PLAIN_ERROR).await.unwrap_or_default();
+    let detail = match std::str::from_utf8(&text) {
+        Ok(text) if !text.is_empty() => text.to_owned(),
+        _ => described(status).to_owned(),
+    };
+    let (problem, body) = Problem::new(status, detail).into_response().into_parts();
+    parts.headers.remove(header::CONTENT_LENGTH);
+    parts.headers.extend(problem.headers);
+    Response::from_parts(parts, body)
+}
+
+/// What a bare status of the framework means here.
+fn described(status: StatusCode) -> &'static str {
+    match status {
+        StatusCode::NOT_FOUND => "there is nothing at this path",
+        StatusCode::METHOD_NOT_ALLOWED => "this path does not know the method; the Allow header names those it knows",
+        _ => "the request was not carried out",
+    }
+}

@@ -1,0 +1,27 @@
+//! The regularisers there are.
+
+use axum::Json;
+
+use super::problem::Problem;
+use super::query::Id;
+use crate::functional_map::catalogue::{Description, descriptions};
+
+/// Lists the regularisers: formula, solver, parameters with their ranges, JSON schema.
+#[utoipa::path(
+    get, path = "/v1/regularisers", tag = "regularisers",
+    responses((status = 200, description = "every regulariser", body = Vec<Description>)),
+)]
+pub async fn list() -> Json<Vec<Description>> {
+    Json(descriptions())
+}
+
+/// Describes one regulariser.
+#[utoipa::path(
+    get, path = "/v1/regularisers/{type}", tag = "regularisers",
+    params(("type" = String, Path, description = "the `type` of a request's regulariser")),
+    responses((status = 200, description = "the regulariser", body = Description)),
+)]
+pub async fn read(Id(name): Id) -> Result<Json<Description>, Problem> {
+    let found = descriptions().into_iter().find(|description| description.r#type == name);
+    found.map(Json).ok_or_else(|| Problem::not_found(format_args!("regulariser {name}")))
+}

@@ -1,0 +1,136 @@
+//! Which form of a resource a client wants, and whether it has it already.
+
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+
+use super::problem::{Fault, Problem};
+
+/// What the compressing layer leaves behind in the name of a compressed body.
+const COMPRESSED: [&str; 2] = ["gzip", "zstd"];
+
+/// The media type among `offered`, best first, that the `Accept` header likes best.
+///
+/// # Errors
+/// 406 where it likes none.
+pub fn negotiated(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
+    let values = headers.get_all(header::ACCEPT);
+    let accept = values.iter().filter_map(|value| value.to_str().ok()).collect::<Vec<_>>().join(",");
+    let ranges: Vec<(&str, f64)> = accept.split(',').filter_map(range).collect();
+    if ranges.is_empty() {
+        return Ok(offered[0]);
+    }
+    let liking = |media_type: &str| ranges.iter().filter_map(|&(range, q)| Some((fit(range, media_type)?, q))).max_by_key(|&(fit, _)| fit);
+    let mut best: Option<(&'static str, f64)> = None;
+    for &media_type in offered {
+        let q = liking(media_type).map_or(0.0, |(_, q)| q);
+        if q > best.map_or(0.0, |(_, q)| q) {
+            best = Some((media_type, q));
+        }
+    }
+    best.map(|(media_type, _)| media_type).ok_or_else(|| {
+        let fault = Fault::in_header("accept", format!("this resource comes as {}", offered.join(", ")));
+        Problem { errors: vec![fault.clone()], ..Problem::new(StatusCode::NOT_ACCEPTABLE, fault.detail) }
+    })
+}
+
+/// A media range and its quality.
+fn range(part: &str) -> Option<(&str, f64)> {
+    let mut parts = part.split(';').map(str::trim);
+    let range = parts.next().filter(|range| !range.is_empty())?;
+    let q = parts.find_map(|parameter| parameter.strip_prefix("q=")).map_or(Some(1.0), |q| q.parse().ok());
+    Some((range, q.unwrap_or(0.0)))
+}
+
+/// How closely `range` names `media_type`; nothing where it does not.
+fn fit(range: &str, media_type: &str) -> Option<u8> {
+    if range.eq_ignore_ascii_case(media_type) {
+        return Some(2);
+    }
+    match range.strip_suffix("/*")? {
+        "*" => Some(0),
+        family => media_type.split('/').next().is_some_and(|own| own.eq_ignore_ascii_case(family)).then_some(1),
+    }
+}
+
+/// The answer for a body that never changes: with a strong entity tag, or 304 where the client has it.
+pub fn immutable(request: &HeaderMap, media_type: &'static str, body: Bytes) -> Response {
+    let tag = format!("\"{}\"", &blake3::hash(&body).to_hex()[..32]);
+    let headers = [
+        (header::ETAG, tag.clone()),
+        (header::CACHE_CONTROL, "private, max-age=31536000, immutable".to_owned()),
+        (header::VARY, "accept".to_owned()),
+    ];
+    if has(request, &tag) {
+        return (StatusCode::NOT_MODIFIED, headers).into_response();
+    }
+    (headers, [(header::CONTENT_TYPE, media_type)], body).into_response()
+}
+
+/// Whether `If-None-Match` names the tag, be it of the body as it is or of a compressed copy.
+fn has(request: &HeaderMap, tag: &str) -> bool {
+    let values = request.get_all(header::IF_NONE_MATCH).iter().filter_map(|value| value.to_str().ok());
+    values.flat_map(|value| value.split(',')).map(str::trim).any(|candidate| {
+        let candidate = candidate.strip_prefix("W/").unwrap_or(candidate);
+        candidate == "*" || candidate == tag || COMPRESSED.iter().any(|coding| candidate == tagged(tag, coding))
+    })
+}
+
+/// The tag of the copy compressed by `coding`: another body, so another strong tag.
+fn tagged(tag: &str, coding: &str) -> String {
+    format!("{}-{coding}\"", tag.trim_end_matches('"'))
+}
+
+/// Gives a compressed answer the tag of its compressed body.
+pub async fn tag_compressed(mut response: Response) -> Response {
+    let headers = response.headers_mut();
+    let coding = headers.get(header::CONTENT_ENCODING).and_then(|value| value.to_str().ok());
+    let tag = headers.get(header::ETAG).and_then(|value| value.to_str().ok());
+    if let (Some(coding), Some(tag)) = (coding, tag)
+        && let Ok(value) = HeaderValue::try_from(tagged(tag, coding))
+    {
+        headers.insert(header::ETAG, value);
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OFFERED: [&str; 3] = ["application/json", "text/csv", "application/x-npy"];
+
+    fn chosen(accept: &str) -> Option<&'static str> {
+        let headers = HeaderMap::from_iter([(header::ACCEPT, HeaderValue::try_from(accept).unwrap())]);
+        negotiated(&headers, &OFFERED).ok()
+    }
+
+    #[test]
+    fn takes_the_best_liked_form() {
+        assert_eq!(negotiated(&HeaderMap::new(), &OFFERED).ok(), Some("application/json"));
+        assert_eq!(chosen("*/*"), Some("application/json"));
+        assert_eq!(chosen("text/csv"), Some("text/csv"));
+        assert_eq!(chosen("Text/*;q=0.5, application/x-npy;q=0.7"), Some("application/x-npy"));
+        assert_eq!(chosen("*/*;q=0.1, application/json;q=0"), Some("text/csv"));
+    }
+
+    #[test]
+    fn refuses_where_no_form_is_liked() {
+        assert_eq!(chosen("image/png"), None);
+        assert_eq!(chosen("text/csv;q=0"), None);
+        assert_eq!(chosen("text/csv;q=much"), None);
+    }
+
+    #[test]
+    fn answers_304_for_a_known_tag() {
+        let body = Bytes::from_static(b"{}");
+        let first = immutable(&HeaderMap::new(), "application/json", body.clone());
+        let tag = first.headers()[header::ETAG].clone();
+        for known in [tag.to_str().unwrap().to_owned(), tagged(tag.to_str().unwrap(), "gzip"), format!("\"x\", W/{}", tag.to_str().unwrap())] {
+            let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::try_from(known).unwrap())]);
+            assert_eq!(immutable(&headers, "application/json", body.clone()).status(), StatusCode::NOT_MODIFIED);
+        }
+        let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_static("\"other\""))]);
+        assert_eq!(immutable(&headers, "application/json", body).status(), StatusCode::OK);
+    }
+}

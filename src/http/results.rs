@@ -1,0 +1,120 @@
+//! The results of matches.
+
+use axum::extract::State;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use bytes::Bytes;
+use serde::Deserialize;
+
+use super::App;
+use super::matches::found;
+use super::npy;
+use super::problem::Problem;
+use super::query::Id;
+use super::representation::{immutable, negotiated};
+use crate::pipeline::outcome::MatchResult;
+use crate::store::{Job, State as JobState};
+
+const JSON: &str = "application/json";
+const CSV: &str = "text/csv";
+const NPY: &str = "application/x-npy";
+
+/// Answers the result of a match: all of it as JSON, the correspondences as CSV, or C as `.npy`.
+#[utoipa::path(
+    get, path = "/v1/matches/{id}/result", tag = "matches", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "the result", content(
+            (MatchResult = "application/json"), (String = "text/csv"), (String = "application/x-npy"),
+        )),
+        (status = 304, description = "unchanged"),
+        (status = 409, description = "not finished, or finished without a result"),
+    ),
+)]
+pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    let form = negotiated(&headers, &[JSON, CSV, NPY])?;
+    let job = found(&app, &id).await?;
+    if job.state != JobState::Succeeded {
+        return Err(unavailable(&job));
+    }
+    let result = app.store.result(&id).await?.ok_or_else(|| Problem::not_found(format_args!("result of match {id}")))?;
+    let body = match form {
+        CSV => app.off_runtime(move || csv(&result)).await?.map_err(Problem::internal)?,
+        NPY => app.off_runtime(move || matrix(&result)).await?.map_err(Problem::internal)?,
+        _ => result,
+    };
+    Ok(immutable(&headers, form, body))
+}
+
+/// 409: why there is no result.
+fn unavailable(job: &Job) -> Problem {
+    let reason = job.error.as_ref().and_then(|error| error.get("detail")?.as_str());
+    match (job.state, reason) {
+        (JobState::Cancelled, _) => Problem::new(StatusCode::CONFLICT, "the match was cancelled"),
+        (_, Some(reason)) => Problem::new(StatusCode::CONFLICT, format!("the match failed: {reason}")),
+        (state, None) if state.finished() => Problem::new(StatusCode::CONFLICT, "the match failed"),
+        _ => Problem::new(StatusCode::CONFLICT, "the match is not finished").retry_after(1),
+    }
+}
+
+/// What a table of the correspondences needs of a result.
+#[derive(Deserialize)]
+struct Points {
+    correspondences: Vec<Correspondence>,
+}
+
+#[derive(Deserialize)]
+struct Correspondence {
+    sketch_vertex: u64,
+    point: [f64; 2],
+    mesh_vertex: u64,
+    confidence: Option<f64>,
+}
+
+/// The correspondences as a table with a header; an empty field where a confidence is not known.
+fn csv(result: &[u8]) -> serde_json::Result<Bytes> {
+    let Points { correspondences } = serde_json::from_slice(result)?;
+    let mut table = String::from("sketch_vertex,x,y,mesh_vertex,confidence\r\n");
+    for Correspondence { sketch_vertex, point: [x, y], mesh_vertex, confidence } in correspondences {
+        let confidence = confidence.map(|value| value.to_string()).unwrap_or_default();
+        table.push_str(&format!("{sketch_vertex},{x},{y},{mesh_vertex},{confidence}\r\n"));
+    }
+    Ok(table.into())
+}
+
+/// What an array of C needs of a result.
+#[derive(Deserialize)]
+struct Map {
+    c: Matrix,
+}
+
+#[derive(Deserialize)]
+struct Matrix {
+    rows: usize,
+    columns: usize,
+    values: Vec<Vec<f64>>,
+}
+
+/// C as an array, mesh by sketch.
+fn matrix(result: &[u8]) -> serde_json::Result<Bytes> {
+    let Map { c: Matrix { rows, columns, values } } = serde_json::from_slice(result)?;
+    Ok(npy::file(rows, columns, values.into_iter().flatten()).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tabulates_correspondences() {
+        let result = br#"{"correspondences": [{"sketch_vertex": 0, "point": [1.5, -2], "mesh_vertex": 7, "confidence": 0.5},
+                                              {"sketch_vertex": 1, "point": [0, 0], "mesh_vertex": 8, "confidence": null}]}"#;
+        let table = csv(result).unwrap();
+        assert_eq!(table, "sketch_vertex,x,y,mesh_vertex,confidence\r\n0,1.5,-2,7,0.5\r\n1,0,0,8,\r\n");
+    }
+
+    #[test]
+    fn lays_out_c_by_rows() {
+        let file = matrix(br#"{"c": {"rows": 2, "columns": 1, "values": [[1], [2]]}}"#).unwrap();
+        assert_eq!(file[file.len() - 16..], [1f64.to_le_bytes(), 2f64.to_le_bytes()].concat());
+    }
+}

@@ -1,0 +1,193 @@
+//! Sketches: uploaded, looked at, listed.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::App;
+use super::body::{Upload, is_json, unsupported};
+use super::idempotency::{IdempotencyKey, fingerprint};
+use super::page::{Listing, PageQuery};
+use super::problem::{Fault, Problem};
+use super::query::{Id, Query};
+use super::representation::immutable;
+use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
+use super::json;
+use crate::sketch::outline::OutlineRequest;
+use crate::sketch::{
+    Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture, from_svg,
+};
+use crate::store::Kind;
+
+/// A sketch as it was understood.
+pub type SketchDocument = ShapeDocument<SketchMeasures>;
+
+#[derive(Debug, Serialize, Deserialize, ToSchema)]
+pub struct SketchMeasures {
+    vertices: usize,
+    triangles: usize,
+    /// In squared units of the upload.
+    area: f64,
+    /// What was mended, and what is to be known.
+    warnings: Vec<Warning>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct UploadQuery {
+    /// Vertices wanted; 800 where neither this nor the body says.
+    #[param(minimum = 50, maximum = 20000)]
+    target_vertices: Option<usize>,
+    /// A name to list the sketch under.
+    #[param(max_length = 200)]
+    name: Option<String>,
+}
+
+/// The kinds of drawing that are understood.
+#[derive(Clone, Copy)]
+enum Drawn {
+    Outline,
+    Svg,
+    Picture,
+}
+
+/// Takes a sketch: an outline as JSON (y up), an SVG, a PNG or a JPEG.
+///
+/// The drawing is the raw body, or the part `file` of a form. The same content is stored once.
+#[utoipa::path(
+    post, path = "/v1/sketches", tag = "sketches",
+    params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, description = "the same key gets the same answer")),
+    request_body(description = "the drawing", content(
+        (OutlineRequest = "application/json"), ("image/svg+xml"), ("image/png"), ("image/jpeg"), ("multipart/form-data"),
+    )),
+    responses(
+        (status = 201, description = "taken", body = SketchDocument, headers(("Location" = String))),
+        (status = 200, description = "known already", body = SketchDocument, headers(("Location" = String))),
+    ),
+)]
+pub async fn upload(
+    State(app): State<App>,
+    Query(query): Query<UploadQuery>,
+    key: IdempotencyKey,
+    upload: Upload,
+) -> Result<Response, Problem> {
+    let print = fingerprint(&[&upload.bytes, format!("{query:?}").as_bytes()]);
+    let store = app.store.clone();
+    let answer = async {
+        let name = shapes::name(query.name, upload.file_name.clone())?;
+        let target = target(query.target_vertices)?;
+        let config = Config { max_svg_bytes: app.config.max_request_bytes, ..Config::default() };
+        let taken = app.off_runtime(move || imported(&upload.bytes, upload.media_type.as_deref(), target, &config)).await?;
+        let Imported { sketch, warnings } = taken?;
+        let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
+        shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(&sketch, name.as_deref(), body).await?)
+    };
+    Ok(key.once(&store, "POST /v1/sketches", &print, answer).await?.into_response())
+}
+
+/// The number of vertices the query asks for.
+fn target(asked: Option<usize>) -> Result<Option<usize>, Problem> {
+    if asked.is_none_or(|vertices| TARGET_VERTICES.contains(&vertices)) {
+        return Ok(asked);
+    }
+    let (least, most) = TARGET_VERTICES.into_inner();
+    let fault = Fault::in_query("target_vertices", format!("from {least} to {most} vertices can be asked for"));
+    Err(Problem::refused("the sketch cannot be made as asked", vec![fault]))
+}
+
+/// The kind of drawing by its content type, else by its first bytes.
+fn drawn(bytes: &[u8], media_type: Option<&str>) -> Result<Drawn, Problem> {
+    match media_type {
+        Some(media_type) if is_json(media_type) => Ok(Drawn::Outline),
+        Some("image/svg+xml") => Ok(Drawn::Svg),
+        Some("image/png" | "image/jpeg") => Ok(Drawn::Picture),
+        None | Some("application/octet-stream") => match bytes.trim_ascii_start() {
+            [b'{', ..] => Ok(Drawn::Outline),
+            [b'<', ..] => Ok(Drawn::Svg),
+            [0x89, b'P', b'N', b'G', ..] | [0xff, 0xd8, 0xff, ..] => Ok(Drawn::Picture),
+            _ => Err(unsupported("the bytes are no JSON, SVG, PNG or JPEG")),
+        },
+        Some(_) => Err(unsupported("a sketch is application/json, image/svg+xml, image/png or image/jpeg")),
+    }
+}
+
+/// The sketch in a drawing of this media type, or of the kind its bytes tell.
+///
+/// # Errors
+/// 415 for what is no drawing, 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
+pub fn imported(
+    bytes: &[u8],
+    media_type: Option<&str>,
+    target: Option<usize>,
+    config: &Config,
+) -> Result<Imported, Problem> {
+    let wanted = target.unwrap_or(DEFAULT_TARGET_VERTICES);
+    let imported = match drawn(bytes, media_type)? {
+        Drawn::Outline => {
+            let (drawing, wanted) = json::parsed::<OutlineRequest>(bytes)?.into_parts();
+            from_outline(&drawing, target.unwrap_or(wanted), config)
+        }
+        Drawn::Svg => from_svg(bytes, wanted, config),
+        Drawn::Picture => from_picture(bytes, wanted, config),
+    };
+    imported.map_err(refused)
+}
+
+fn measured(sketch: &Sketch, warnings: Vec<Warning>) -> SketchMeasures {
+    let mesh = sketch.mesh();
+    SketchMeasures {
+        vertices: mesh.positions().len(),
+        triangles: mesh.triangles().len(),
+        area: mesh.area(),
+        warnings,
+    }
+}
+
+/// The problem of a drawing that is not taken.
+fn refused(refusal: Refusal) -> Problem {
+    let faults = refusal.faults.into_iter().map(|fault| Fault {
+        place: fault.point.map(|[x, y]| format!("point ({x}, {y})")),
+        pointer: fault.pointer,
+        detail: fault.detail,
+    });
+    Problem::refused("the drawing is not a sketch that can be matched", faults.collect())
+}
+
+/// Lists the sketches, newest first.
+#[utoipa::path(
+    get, path = "/v1/sketches", tag = "sketches", params(PageQuery),
+    responses((status = 200, description = "a page", body = Listing<SketchDocument>)),
+)]
+pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+    shapes::listed::<SketchMeasures>(&app, Kind::Sketch, &query).await
+}
+
+/// Answers what is known of a sketch.
+#[utoipa::path(
+    get, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)),
+    responses((status = 200, description = "the sketch", body = SketchDocument)),
+)]
+pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<SketchDocument>, Problem> {
+    Ok(Json(shapes::document(shapes::found(&app, Kind::Sketch, &id).await?)?))
+}
+
+/// Answers the triangles of a sketch, in the coordinates it was uploaded in.
+#[utoipa::path(
+    get, path = "/v1/sketches/{id}/mesh", tag = "sketches", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "the triangles", body = Geometry),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    shapes::found(&app, Kind::Sketch, &id).await?;
+    let sketch = app.store.sketch(&id).await?.ok_or_else(|| Problem::not_found(format_args!("sketch {id}")))?;
+    let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
+    let vertices = Coordinates::Plane(&vertices);
+    let written = serde_json::to_vec(&Geometry { vertices, triangles: sketch.mesh().triangles() });
+    Ok(immutable(&headers, "application/json", written.map_err(Problem::internal)?.into()))
+}

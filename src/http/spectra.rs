@@ -1,0 +1,237 @@
+//! Spectra of shapes: answered from the cache, queued where they are not there.
+
+use std::time::{Duration, UNIX_EPOCH};
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use safetensors::tensor::{Dtype, SafeTensorError, TensorView};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::App;
+use super::job_document::{Progress, Status};
+use super::npy;
+use super::problem::{Fault, Problem};
+use super::query::{Id, Query};
+use super::representation::{immutable, negotiated};
+use crate::mesh::connectivity::{Component, largest_component};
+use crate::spectral::{Boundary, Spectrum};
+use crate::store::{Job, JobKind, Kind, Page, SpectrumKey, SpectrumTask, State as JobState};
+
+const JSON: &str = "application/json";
+const NPY: &str = "application/x-npy";
+const SAFETENSORS: &str = "application/vnd.safetensors";
+
+const DEFAULT_EIGENPAIRS: usize = 20;
+
+/// How long a failed decomposition is answered before it is tried anew.
+const FAILURE_STANDS: Duration = Duration::from_secs(600);
+
+/// How many of the latest decompositions are looked through for a failed one.
+const FAILURES_SEEN: u32 = 100;
+
+/// Bytes of eigenfunctions in one answer.
+const LARGEST_ANSWER: usize = 1 << 30;
+
+#[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct SpectrumQuery {
+    /// Number of eigenpairs; 20 where it is not given.
+    #[param(minimum = 1)]
+    k: Option<usize>,
+    /// `neumann` where it is not given.
+    boundary: Option<Boundary>,
+}
+
+/// The first eigenvalues of a shape, ascending.
+#[derive(Serialize, ToSchema)]
+pub struct SpectrumDocument {
+    /// In units of 1/length².
+    eigenvalues: Vec<f64>,
+    k: usize,
+    boundary: Boundary,
+    cached: bool,
+}
+
+/// A spectrum that is being worked on.
+#[derive(Serialize, ToSchema)]
+pub struct PendingSpectrum {
+    status: Status,
+    progress: Progress,
+}
+
+/// Answers the spectrum of a mesh's largest component.
+///
+/// JSON holds the eigenvalues; `.npy` the eigenfunctions, a row per vertex of the uploaded file, not a number outside
+/// the largest component; safetensors both and the vertex masses. What is not known yet is queued: ask again.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}/spectrum", tag = "meshes", params(("id" = String, Path), SpectrumQuery),
+    responses(
+        (status = 200, description = "the spectrum", content(
+            (SpectrumDocument = "application/json"), (String = "application/x-npy"), (String = "application/vnd.safetensors"),
+        )),
+        (status = 202, description = "queued", body = PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn of_mesh(
+    State(app): State<App>,
+    Id(id): Id,
+    Query(query): Query<SpectrumQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    Asked::new(&app, Kind::Mesh, id, query)?.answer(&app, &headers).await
+}
+
+/// Answers the spectrum of a sketch, as that of a mesh.
+#[utoipa::path(
+    get, path = "/v1/sketches/{id}/spectrum", tag = "sketches", params(("id" = String, Path), SpectrumQuery),
+    responses(
+        (status = 200, description = "the spectrum", content(
+            (SpectrumDocument = "application/json"), (String = "application/x-npy"), (String = "application/vnd.safetensors"),
+        )),
+        (status = 202, description = "queued", body = PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn of_sketch(
+    State(app): State<App>,
+    Id(id): Id,
+    Query(query): Query<SpectrumQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    Asked::new(&app, Kind::Sketch, id, query)?.answer(&app, &headers).await
+}
+
+/// One spectrum of one shape.
+struct Asked {
+    kind: Kind,
+    id: String,
+    k: usize,
+    boundary: Boundary,
+}
+
+impl Asked {
+    fn new(app: &App, kind: Kind, id: String, query: SpectrumQuery) -> Result<Asked, Problem> {
+        let k = query.k.unwrap_or(DEFAULT_EIGENPAIRS);
+        if !(1..=app.config.max_eigenpairs).contains(&k) {
+            return Err(too_many(app.config.max_eigenpairs));
+        }
+        Ok(Asked { kind, id, k, boundary: query.boundary.unwrap_or(Boundary::Neumann) })
+    }
+
+    async fn answer(self, app: &App, headers: &HeaderMap) -> Result<Response, Problem> {
+        let form = negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
+        let (component, vertices) = self.component(app).await?;
+        let matched = component.vertices.len();
+        if self.k >= matched {
+            return Err(too_many(matched - 1));
+        }
+        let key = SpectrumKey { shape_hash: component.mesh.content_hash(), boundary: self.boundary };
+        let Some(spectrum) = app.store.spectrum(&key, self.k).await? else { return self.pending(app).await };
+        if form != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
+            return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
+        }
+        let written = app.off_runtime(move || match form {
+            NPY => Ok(eigenfunctions(&spectrum, &component.vertices, vertices)),
+            SAFETENSORS => tensors(&spectrum, &component.vertices, vertices).map_err(Problem::internal),
+            _ => self.document(&spectrum),
+        });
+        Ok(immutable(headers, form, written.await??))
+    }
+
+    /// The part of the shape that is decomposed, and the number of all vertices of the shape.
+    async fn component(&self, app: &App) -> Result<(Component, usize), Problem> {
+        let mesh = match self.kind {
+            Kind::Mesh => app.store.mesh(&self.id).await?,
+            Kind::Sketch => app.store.sketch(&self.id).await?.map(|sketch| sketch.mesh().clone()),
+        };
+        let mesh = mesh.ok_or_else(|| Problem::not_found(format_args!("{} {}", self.kind.noun(), self.id)))?;
+        let vertices = mesh.positions().len();
+        Ok((app.off_runtime(move || largest_component(&mesh)).await?, vertices))
+    }
+
+    fn document(&self, spectrum: &Spectrum) -> Result<Bytes, Problem> {
+        let eigenvalues = spectrum.eigenvalues.clone();
+        let document = SpectrumDocument { eigenvalues, k: self.k, boundary: self.boundary, cached: true };
+        Ok(serde_json::to_vec(&document).map_err(Problem::internal)?.into())
+    }
+
+    /// 202 while the spectrum is worked on.
+    ///
+    /// # Errors
+    /// The problem of a decomposition that failed lately; 503 where the queue is full.
+    async fn pending(&self, app: &App) -> Result<Response, Problem> {
+        let Asked { kind, id, k, boundary } = self;
+        let task = SpectrumTask { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
+        let payload = serde_json::to_value(&task).map_err(Problem::internal)?;
+        let page = Page { after: None, limit: FAILURES_SEEN };
+        let latest = app.store.jobs(JobKind::Spectrum, &page).await?.into_iter().find(|job| job.payload == payload);
+        if let Some(failure) = latest.filter(|job| job.state == JobState::Failed && is_recent(job)) {
+            return Err(Problem::of_job(failure.error.as_ref()));
+        }
+        app.room_in_queue().await?;
+        let job = app.store.submit(JobKind::Spectrum, &payload, Some(&payload.to_string())).await?;
+        let boundary = match boundary {
+            Boundary::Neumann => "neumann",
+            Boundary::Dirichlet => "dirichlet",
+        };
+        let location = format!("{}/{id}/spectrum?k={k}&boundary={boundary}", kind.path());
+        let location = HeaderValue::try_from(location).map_err(Problem::internal)?;
+        let document =
+            PendingSpectrum { status: job.state.into(), progress: Progress { stage: job.stage, fraction: job.fraction } };
+        let headers = [(header::LOCATION, location), (header::RETRY_AFTER, HeaderValue::from(1))];
+        Ok((StatusCode::ACCEPTED, headers, Json(document)).into_response())
+    }
+}
+
+fn too_many(most: usize) -> Problem {
+    Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
+}
+
+fn is_recent(job: &Job) -> bool {
+    let finished = job.finished_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis);
+    let since = finished.and_then(|finished| (UNIX_EPOCH + finished).elapsed().ok());
+    since.is_none_or(|since| since < FAILURE_STANDS)
+}
+
+/// The rows of the eigenfunctions in the order of the uploaded file, `vertices` × k; not a number where a vertex is
+/// none of those decomposed.
+fn rows(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> impl Iterator<Item = f64> {
+    let k = spectrum.len();
+    let mut row_of = vec![None; vertices];
+    for (row, &vertex) in decomposed.iter().enumerate() {
+        row_of[vertex as usize] = Some(row);
+    }
+    let eigenfunctions = spectrum.eigenfunctions.as_ref();
+    row_of.into_iter().flat_map(move |row| {
+        (0..k).map(move |column| row.map_or(f64::NAN, |row| eigenfunctions[(row, column)]))
+    })
+}
+
+fn eigenfunctions(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> Bytes {
+    npy::file(vertices, spectrum.len(), rows(spectrum, decomposed, vertices)).into()
+}
+
+/// `eigenvalues` (k), `eigenfunctions` (vertices × k) and `mass` (vertices, 0 outside the part decomposed).
+fn tensors(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> Result<Bytes, SafeTensorError> {
+    let bytes = |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
+    let mut mass = vec![0.0; vertices];
+    for (row, &vertex) in decomposed.iter().enumerate() {
+        mass[vertex as usize] = spectrum.mass[row];
+    }
+    let k = spectrum.len();
+    let eigenvalues = bytes(&mut spectrum.eigenvalues.iter().copied());
+    let eigenfunctions = bytes(&mut rows(spectrum, decomposed, vertices));
+    let mass = bytes(&mut mass.into_iter());
+    let views = [
+        ("eigenvalues", TensorView::new(Dtype::F64, vec![k], &eigenvalues)?),
+        ("eigenfunctions", TensorView::new(Dtype::F64, vec![vertices, k], &eigenfunctions)?),
+        ("mass", TensorView::new(Dtype::F64, vec![vertices], &mass)?),
+    ];
+    Ok(safetensors::serialize(views, None)?.into())
+}

@@ -1,0 +1,135 @@
+//! The regions of both shapes and their pairs, by the method the request names.
+
+use super::outcome::PairedRegions;
+use super::request::Regions as Method;
+use super::{Fault, MatchError, Settings};
+use crate::descriptors::{global_point_signature, heat_kernel, projection, wave_kernel};
+use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::Component;
+use crate::numerics::Watch;
+use crate::regions::graph::RegionGraph;
+use crate::regions::pairing::{Pair, pair};
+use crate::regions::{Regions, consensus};
+use crate::spectral::Spectrum;
+
+/// Dimensions of the global point signature that shapes are segmented in: the lowest tell limbs, the higher only
+/// bumps.
+const SIGNATURE: usize = 7;
+/// Heat and wave components that regions are compared by.
+const COMPONENTS: usize = 8;
+/// Bands of the wave components, in spacings: few components, so narrow ones.
+const VARIANCE: f64 = 1.5;
+
+/// Segmentations of both shapes, the mesh's over the vertices of its component, and their pairs.
+pub(super) struct Correspondence {
+    pub sketch: Regions,
+    pub mesh: Regions,
+    pub pairs: Vec<Pair>,
+    pub cost: f64,
+}
+
+/// A shape as regions are found on it: its mesh and its spectrum at area 1.
+#[derive(Clone, Copy)]
+pub(super) struct Shape<'a> {
+    pub mesh: &'a TriangleMesh,
+    pub spectrum: &'a Spectrum,
+}
+
+impl Correspondence {
+    /// The corresponding regions of a sketch and of the component of a mesh.
+    pub fn find(
+        settings: &Settings,
+        sketch: Shape<'_>,
+        mesh: Shape<'_>,
+        component: &Component,
+        scaled: &[f64],
+        watch: &dyn Watch,
+    ) -> Result<Correspondence, MatchError> {
+        match &settings.regions {
+            Method::Given { sketch, mesh } => given(sketch, mesh, component),
+            Method::Segmented { sketch_regions, mesh_regions, pairs } => {
+                let sketch = segmentation(sketch, *sketch_regions, watch)?;
+                let mesh = segmentation(mesh, *mesh_regions, watch)?;
+                let pairs = chosen(pairs, &sketch, &mesh)?;
+                Ok(Correspondence { sketch, mesh, pairs, cost: 0.0 })
+            }
+            Method::Auto { count } => {
+                let sketch_regions = segmentation(sketch, *count, watch)?;
+                let mesh_regions = segmentation(mesh, *count, watch)?;
+                let sketch_eigenvalues = &sketch.spectrum.eigenvalues;
+                let pairing = pair(
+                    &graph(sketch, &sketch_regions, sketch_eigenvalues, sketch_eigenvalues),
+                    &graph(mesh, &mesh_regions, scaled, sketch_eigenvalues),
+                );
+                Ok(Correspondence {
+                    sketch: sketch_regions,
+                    mesh: mesh_regions,
+                    pairs: pairing.pairs,
+                    cost: pairing.cost,
+                })
+            }
+        }
+    }
+
+    /// What the result says of them: the mesh's labels for the vertices of the user's file.
+    pub fn reported(&self, component: &Component, vertices: usize) -> PairedRegions {
+        let mut mesh = vec![Regions::NONE; vertices];
+        for (&vertex, &label) in component.vertices.iter().zip(self.mesh.labels()) {
+            mesh[vertex as usize] = label;
+        }
+        PairedRegions { sketch: self.sketch.labels().to_vec(), mesh, pairs: self.pairs.clone(), cost: self.cost }
+    }
+}
+
+fn segmentation(shape: Shape<'_>, count: usize, watch: &dyn Watch) -> Result<Regions, MatchError> {
+    let signature = global_point_signature::signature(shape.spectrum, SIGNATURE);
+    Ok(consensus::segment(signature.as_ref(), &shape.spectrum.mass, count, watch)?)
+}
+
+/// The labels of the request, those of the mesh cut to its component; equal labels correspond.
+fn given(sketch: &[i32], mesh: &[i32], component: &Component) -> Result<Correspondence, MatchError> {
+    let mesh = component.vertices.iter().map(|&v| mesh[v as usize]).collect();
+    let labelled = |pointer: &str, labels: Vec<i32>| {
+        Regions::new(labels).map_err(|error| MatchError::Faults(vec![Fault::new(pointer, error.to_string())]))
+    };
+    let (sketch, mesh) = (labelled("/regions/sketch", sketch.to_vec())?, labelled("/regions/mesh", mesh)?);
+    let occurs = |regions: &Regions, label: usize| regions.labels().contains(&(label as i32));
+    let pairs: Vec<Pair> = (0..sketch.count().min(mesh.count()))
+        .filter(|&label| occurs(&sketch, label) && occurs(&mesh, label))
+        .map(|label| Pair { sketch: label, mesh: label, cost: 0.0 })
+        .collect();
+    if pairs.is_empty() {
+        let detail = "no label occurs both on the sketch and on the largest component of the mesh";
+        return Err(MatchError::Faults(vec![Fault::new("/regions", detail)]));
+    }
+    Ok(Correspondence { sketch, mesh, pairs, cost: 0.0 })
+}
+
+/// The pairs of the request, which may name regions that the segmentation did not find.
+fn chosen(pairs: &[[usize; 2]], sketch: &Regions, mesh: &Regions) -> Result<Vec<Pair>, MatchError> {
+    let mut faults = Vec::new();
+    for (i, pair) in pairs.iter().enumerate() {
+        for (side, (regions, shape)) in [(sketch, "sketch"), (mesh, "mesh")].into_iter().enumerate() {
+            if pair[side] >= regions.count() {
+                let detail = format!("the {shape} has only {} regions", regions.count());
+                faults.push(Fault::new(format!("/regions/pairs/{i}/{side}"), detail));
+            }
+        }
+    }
+    if !faults.is_empty() {
+        return Err(MatchError::Faults(faults));
+    }
+    Ok(pairs.iter().map(|&[sketch, mesh]| Pair { sketch, mesh, cost: 0.0 }).collect())
+}
+
+/// The regions with their mean heat and wave signatures, made with `eigenvalues` at the times and energies of the
+/// `common` spectrum.
+fn graph(shape: Shape<'_>, regions: &Regions, eigenvalues: &[f64], common: &[f64]) -> RegionGraph {
+    let heat = heat_kernel::filters(eigenvalues, &heat_kernel::times(common, COMPONENTS));
+    let wave = wave_kernel::filters(eigenvalues, &wave_kernel::energies(common, COMPONENTS, VARIANCE));
+    let filters = faer::Mat::from_fn(eigenvalues.len(), heat.ncols() + wave.ncols(), |i, j| {
+        if j < heat.ncols() { heat[(i, j)] } else { wave[(i, j - heat.ncols())] }
+    });
+    let descriptors = projection::at_points(shape.spectrum, filters.as_ref());
+    RegionGraph::of(regions, &shape.spectrum.mass, descriptors.as_ref(), shape.mesh.triangles())
+}

@@ -1,0 +1,203 @@
+//! One match from beginning to end.
+
+use faer::Mat;
+
+use super::constraints::{problem, spectral_scale};
+use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Solver};
+use super::regions::{self, Shape};
+use super::request::{Conversion, Refinement};
+use super::settings::{Settings, check, upsampled};
+use super::stages::{Stage, Stages};
+use super::{Fault, MatchError, Surroundings};
+use crate::correspondence::{confidence, icp, points, zoomout};
+use crate::functional_map::problem::least_squares;
+use crate::functional_map::regulariser::Regulariser;
+use crate::functional_map::solve::solve;
+use crate::functional_map::weights::weights;
+use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::{Component, largest_component};
+use crate::numerics::Watch;
+use crate::sketch::Sketch;
+use crate::spectral::Spectrum;
+
+/// The match of a sketch and a mesh; the same input gives the same answer but for `timings_ms`.
+///
+/// # Errors
+/// [`MatchError`].
+pub fn run(
+    sketch: &Sketch,
+    mesh: &TriangleMesh,
+    settings: &Settings,
+    surroundings: &Surroundings<'_>,
+) -> Result<MatchResult, MatchError> {
+    let faults = check(settings, sketch.mesh().positions().len(), mesh.positions().len());
+    if !faults.is_empty() {
+        return Err(MatchError::Faults(faults));
+    }
+    let stages = Stages::begin(surroundings);
+    let component = largest_component(mesh);
+    let landmarks = landmark_vertices(settings, sketch, &component)?;
+
+    let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &component, surroundings, watch))?;
+    let (k, l) = (settings.basis.k, settings.basis.k_mesh);
+    let [phi, psi] = [full[0].at_unit_area(k), full[1].at_unit_area(l)];
+    let areas = [sketch.mesh().area(), component.mesh.area()];
+    let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
+    let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
+
+    let regions = stages.run(Stage::Regions, |watch| {
+        let [flat, solid] = [(sketch.mesh(), &phi), (&component.mesh, &psi)];
+        let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
+        regions::Correspondence::find(settings, flat, solid, &component, &scaled, watch)
+    })?;
+    let problem = stages.run(Stage::Descriptors, |_| {
+        problem(&settings.descriptors, [&phi, &psi], &scaled, &regions, &landmarks).map_err(MatchError::from)
+    })?;
+    let (start, w, solution) = stages.run(Stage::Map, |watch| {
+        let start = least_squares(&problem)?;
+        let w = weights(&settings.weights, start.as_ref(), &phi.eigenvalues, &scaled);
+        let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
+        Ok::<_, MatchError>((start, w, solution))
+    })?;
+    let points = stages.run(Stage::Points, |watch| points(settings, sketch, &full, solution.c, watch))?;
+
+    Ok(MatchResult {
+        id: None,
+        sketch: settings.sketch.clone(),
+        mesh: settings.mesh.clone(),
+        request: settings.clone(),
+        c: Matrix::from(points.c.as_ref()),
+        correspondences: correspondences(sketch, &component, &points),
+        confidence: phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum(),
+        alternatives: Vec::new(),
+        solver: Solver::new(regulariser_name(&settings.regulariser), solution.report),
+        intermediate: Intermediate {
+            sketch_eigenvalues: phi.eigenvalues,
+            mesh_eigenvalues: psi.eigenvalues,
+            spectral_scale: scale,
+            regions: regions.reported(&component, mesh.positions().len()),
+            initial_c: Matrix::from(start.as_ref()),
+            weights: Matrix::from(w.as_ref()),
+        },
+        warnings: warnings(settings, &component, mesh, &regions),
+        timings_ms: stages.finish(),
+    })
+}
+
+/// The spectra of both shapes, as long as refinement needs them, in the units of their files.
+fn spectra(
+    settings: &Settings,
+    sketch: &Sketch,
+    component: &Component,
+    surroundings: &Surroundings<'_>,
+    watch: &dyn Watch,
+) -> Result<[std::sync::Arc<Spectrum>; 2], MatchError> {
+    let (k, l) = upsampled(settings);
+    let boundary = settings.basis.boundary;
+    let source = surroundings.spectra;
+    let of_sketch = source.spectrum(sketch.mesh(), k, boundary, watch);
+    let of_mesh = |_: &_| source.spectrum(&component.mesh, l, boundary, watch);
+    let phi = of_sketch.map_err(|error| MatchError::of_spectrum("sketch", error))?;
+    let psi = of_mesh(&phi).map_err(|error| MatchError::of_spectrum("mesh", error))?;
+    Ok([phi, psi])
+}
+
+/// The landmarks as vertices: of the sketch the nearest, of the mesh that of its component.
+fn landmark_vertices(
+    settings: &Settings,
+    sketch: &Sketch,
+    component: &Component,
+) -> Result<Vec<[usize; 2]>, MatchError> {
+    let mut faults = Vec::new();
+    let mut vertices = Vec::new();
+    for (i, landmark) in settings.landmarks.iter().enumerate() {
+        let [x, y] = sketch.to_internal(landmark.sketch);
+        let distance = |p: &[f64; 3]| (p[0] - x).hypot(p[1] - y);
+        let positions = sketch.mesh().positions();
+        let nearest = (0..positions.len()).min_by(|&a, &b| distance(&positions[a]).total_cmp(&distance(&positions[b])));
+        let on_component = component.vertices.binary_search(&landmark.mesh);
+        match (nearest, on_component) {
+            (Some(x), Ok(y)) => vertices.push([x, y]),
+            _ => faults.push(Fault::new(
+                format!("/landmarks/{i}/mesh"),
+                format!("vertex {} is not on the largest component of the mesh", landmark.mesh),
+            )),
+        }
+    }
+    if faults.is_empty() { Ok(vertices) } else { Err(MatchError::Faults(faults)) }
+}
+
+/// The refined map, the vertex of the component for every vertex of the sketch, and how far each is to be trusted.
+struct Points {
+    c: Mat<f64>,
+    map: Vec<u32>,
+    confidence: Vec<f64>,
+}
+
+fn points(
+    settings: &Settings,
+    sketch: &Sketch,
+    [phi, psi]: &[std::sync::Arc<Spectrum>; 2],
+    c: Mat<f64>,
+    watch: &dyn Watch,
+) -> Result<Points, MatchError> {
+    let (k, l) = upsampled(settings);
+    let (phi, psi) = (phi.at_unit_area(k), psi.at_unit_area(l));
+    let (basis, mass) = (phi.eigenfunctions.as_ref(), &phi.mass);
+    let target = psi.eigenfunctions.as_ref();
+    let c = match settings.refinement {
+        Refinement::None {} => c,
+        Refinement::Icp { iterations } => icp::refined(c, basis, mass, target, iterations, watch)?,
+        Refinement::Zoomout { .. } => zoomout::refined(c, basis, mass, target, watch)?,
+    };
+    let map = match settings.conversion {
+        Conversion::Indicator {} => points::by_indicator(c.as_ref(), basis, target, watch)?,
+        Conversion::Nearest {} => points::by_nearest_neighbour(c.as_ref(), basis, target, watch)?,
+    };
+    let flat = sketch.mesh();
+    let confidence =
+        confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
+    Ok(Points { c, map, confidence })
+}
+
+fn correspondences(sketch: &Sketch, component: &Component, points: &Points) -> Vec<Correspondence> {
+    let answers = points.map.iter().zip(&points.confidence).enumerate();
+    answers
+        .map(|(x, (&y, &confidence))| Correspondence {
+            sketch_vertex: x as u32,
+            point: sketch.point(x),
+            mesh_vertex: component.vertices[y as usize],
+            confidence,
+        })
+        .collect()
+}
+
+fn regulariser_name(regulariser: &Regulariser) -> &'static str {
+    match regulariser {
+        Regulariser::None {} => "none",
+        Regulariser::L2 { .. } => "l2",
+        Regulariser::L1 { .. } => "l1",
+        Regulariser::Nuclear { .. } => "nuclear",
+    }
+}
+
+fn warnings(
+    settings: &Settings,
+    component: &Component,
+    mesh: &TriangleMesh,
+    regions: &regions::Correspondence,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let (used, all) = (component.vertices.len(), mesh.positions().len());
+    if used < all {
+        warnings.push(format!("{} of the {all} vertices of the mesh are not on the component that is matched", all - used));
+    }
+    if let super::request::Regions::Auto { count } = settings.regions {
+        for (shape, found) in [("sketch", regions.sketch.count()), ("mesh", regions.mesh.count())] {
+            if found < count {
+                warnings.push(format!("{found} regions were found on the {shape} where {count} were asked for"));
+            }
+        }
+    }
+    warnings
+}

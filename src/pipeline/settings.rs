@@ -1,0 +1,279 @@
+//! What a match is asked to do with every value filled in, and whether it can be done.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::Fault;
+use super::request::{
+    Alignment, Columns, Conversion, Landmark, MatchRequest, Part, Preset, Refinement, Regions, SpectralScale,
+};
+use crate::functional_map::regulariser::{self, L2Solver, Regulariser};
+use crate::functional_map::weights::{self, Weights};
+use crate::regions::MAX_REGIONS;
+use crate::spectral::Boundary;
+
+/// The most eigenfunctions of a basis.
+pub const MAX_BASIS: usize = 500;
+const MAX_COMPONENTS: usize = 1000;
+const MAX_LANDMARKS: usize = 1000;
+const MAX_ICP: usize = 200;
+
+/// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    pub mesh: String,
+    pub sketch: String,
+    pub preset: Preset,
+    pub part: Part,
+    pub alignment: Alignment,
+    pub basis: Basis,
+    pub descriptors: Descriptors,
+    pub regions: Regions,
+    pub landmarks: Vec<Landmark>,
+    pub weights: Weights,
+    pub regulariser: Regulariser,
+    pub conversion: Conversion,
+    pub refinement: Refinement,
+}
+
+/// The bases: C is `k_mesh` × `k`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Basis {
+    pub k: usize,
+    pub k_mesh: usize,
+    pub boundary: Boundary,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Descriptors {
+    pub hks: Heat,
+    pub wks: Wave,
+    pub spectral_scale: SpectralScale,
+    pub columns: Columns,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Heat {
+    pub count: usize,
+    /// In units of 1/λ at unit area; from the spectrum where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
+    pub times: Option<[f64; 2]>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Wave {
+    pub count: usize,
+    pub variance: f64,
+}
+
+impl Settings {
+    /// The settings of the thesis, §4.1, or those that measured best without a hand, for the given shapes.
+    fn preset(preset: Preset, mesh: String, sketch: String) -> Settings {
+        let thesis = Settings {
+            mesh,
+            sketch,
+            preset,
+            part: Part::Whole,
+            alignment: Alignment::None {},
+            basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann },
+            descriptors: Descriptors {
+                hks: Heat { count: 100, times: None },
+                wks: Wave { count: 100, variance: 6.0 },
+                spectral_scale: SpectralScale::Fitted,
+                columns: Columns::Unit,
+            },
+            regions: Regions::Auto { count: 7 },
+            landmarks: Vec::new(),
+            weights: Weights::Cosamp { sparsity: 0.8, power: 1.2 },
+            regulariser: Regulariser::L1 { gamma: 1.0, max_iterations: 200, tolerance: 0.0 },
+            conversion: Conversion::Indicator {},
+            refinement: Refinement::None {},
+        };
+        match preset {
+            Preset::Thesis => Settings {
+                regulariser: Regulariser::L1 { gamma: 1.0, max_iterations: 200, tolerance: 0.0 },
+                ..thesis
+            },
+            Preset::Automatic => Settings {
+                weights: Weights::Resolvent {},
+                regulariser: Regulariser::L2 {
+                    gamma: 0.1,
+                    max_iterations: 200,
+                    tolerance: 0.0,
+                    solver: L2Solver::Exact,
+                },
+                conversion: Conversion::Nearest {},
+                ..thesis
+            },
+        }
+    }
+
+    /// The request on top of its preset.
+    ///
+    /// # Errors
+    /// Every value out of its range, with its place. What depends on the shapes is left to [`check`].
+    pub fn resolve(request: &MatchRequest) -> Result<Settings, Vec<Fault>> {
+        let preset = request.preset.unwrap_or_default();
+        let mut settings = Settings::preset(preset, request.mesh.clone(), request.sketch.clone());
+        if let Some(basis) = &request.basis {
+            settings.basis.k = basis.k.unwrap_or(settings.basis.k);
+            settings.basis.k_mesh = basis.k_mesh.or(basis.k).unwrap_or(settings.basis.k_mesh);
+            settings.basis.boundary = basis.boundary.unwrap_or(settings.basis.boundary);
+        }
+        if let Some(descriptors) = request.descriptors.clone() {
+            let (hks, wks) = (descriptors.hks.unwrap_or_default(), descriptors.wks.unwrap_or_default());
+            let defaults = &mut settings.descriptors;
+            defaults.hks = Heat { count: hks.count.unwrap_or(defaults.hks.count), times: hks.times };
+            defaults.wks.count = wks.count.unwrap_or(defaults.wks.count);
+            defaults.wks.variance = wks.variance.unwrap_or(defaults.wks.variance);
+            defaults.spectral_scale = descriptors.spectral_scale.unwrap_or(defaults.spectral_scale);
+            defaults.columns = descriptors.columns.unwrap_or(defaults.columns);
+        }
+        let request = request.clone();
+        // Without the alignment of views the whole mesh is matched.
+        settings.part = Part::Whole;
+        settings.alignment = request.alignment.unwrap_or(settings.alignment);
+        settings.regions = request.regions.unwrap_or(settings.regions);
+        settings.landmarks = request.landmarks.unwrap_or(settings.landmarks);
+        settings.weights = request.weights.unwrap_or(settings.weights);
+        settings.regulariser = request.regulariser.unwrap_or(settings.regulariser);
+        settings.conversion = request.conversion.unwrap_or(settings.conversion);
+        settings.refinement = request.refinement.unwrap_or(settings.refinement);
+        let faults = settings.faults();
+        if faults.is_empty() { Ok(settings) } else { Err(faults) }
+    }
+
+    /// Every value out of its range.
+    fn faults(&self) -> Vec<Fault> {
+        let mut faults = Faults::default();
+        faults.range("/basis/k", self.basis.k, 1, MAX_BASIS);
+        faults.range("/basis/k_mesh", self.basis.k_mesh, 1, MAX_BASIS);
+        let Descriptors { hks, wks, .. } = &self.descriptors;
+        faults.range("/descriptors/hks/count", hks.count, 0, MAX_COMPONENTS);
+        if let Some([first, last]) = hks.times
+            && !(first > 0.0 && first <= last && last.is_finite())
+        {
+            faults.add("/descriptors/hks/times", "must be two positive times in ascending order");
+        }
+        faults.range("/descriptors/wks/count", wks.count, 0, MAX_COMPONENTS);
+        if !(wks.variance > 0.0 && wks.variance <= 1e6) {
+            faults.add("/descriptors/wks/variance", "must be positive and at most 1000000");
+        }
+        self.region_faults(&mut faults);
+        if self.landmarks.len() > MAX_LANDMARKS {
+            faults.add("/landmarks", format!("must be at most {MAX_LANDMARKS}"));
+        }
+        for (field, detail) in weights::faults(&self.weights) {
+            faults.add(format!("/weights/{field}"), detail);
+        }
+        for (field, detail) in regulariser::faults(&self.regulariser) {
+            faults.add(format!("/regulariser/{field}"), detail);
+        }
+        match self.refinement {
+            Refinement::None {} => {}
+            Refinement::Icp { iterations } => {
+                faults.range("/refinement/iterations", iterations, 1, MAX_ICP);
+                if self.basis.k != self.basis.k_mesh {
+                    faults.add("/refinement", "icp needs a square C: basis.k and basis.k_mesh must be equal");
+                }
+            }
+            Refinement::Zoomout { k } => faults.range("/refinement/k", k, self.basis.k.min(MAX_BASIS), MAX_BASIS),
+        }
+        faults.0
+    }
+
+    fn region_faults(&self, faults: &mut Faults) {
+        match &self.regions {
+            Regions::Auto { count } => faults.range("/regions/count", *count, 1, MAX_REGIONS),
+            Regions::Given { sketch, mesh } => {
+                for (name, labels) in [("sketch", sketch), ("mesh", mesh)] {
+                    if let Err(error) = crate::regions::Regions::new(labels.clone()) {
+                        faults.add(format!("/regions/{name}/{}", error.vertex), error.to_string());
+                    }
+                }
+                if sketch.iter().all(|label| *label < 0 || !mesh.contains(label)) {
+                    faults.add("/regions", "no label occurs on both shapes");
+                }
+            }
+            Regions::Segmented { sketch_regions, mesh_regions, pairs } => {
+                faults.range("/regions/sketch_regions", *sketch_regions, 1, MAX_REGIONS);
+                faults.range("/regions/mesh_regions", *mesh_regions, 1, MAX_REGIONS);
+                if pairs.is_empty() || pairs.len() > MAX_REGIONS {
+                    faults.add("/regions/pairs", format!("must be 1 to {MAX_REGIONS} pairs"));
+                    return;
+                }
+                for (i, pair) in pairs.iter().enumerate() {
+                    for (side, (region, count)) in pair.iter().zip([sketch_regions, mesh_regions]).enumerate() {
+                        if region >= count {
+                            faults.add(format!("/regions/pairs/{i}/{side}"), format!("must be below {count}"));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What the shapes themselves rule out: every fault of settings for a sketch and a mesh of these many vertices.
+pub fn check(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize) -> Vec<Fault> {
+    let mut faults = Faults::default();
+    let Basis { k, k_mesh, .. } = settings.basis;
+    let (most_k, most_l) = upsampled(settings);
+    let mut fits = |pointer: &str, k: usize, vertices: usize, shape: &str| {
+        if k > vertices {
+            faults.add(pointer, format!("{k} eigenfunctions need as many vertices, the {shape} has {vertices}"));
+        }
+    };
+    fits("/basis/k", k, sketch_vertices, "sketch");
+    fits("/basis/k_mesh", k_mesh, mesh_vertices, "mesh");
+    if (most_k, most_l) != (k, k_mesh) {
+        fits("/refinement/k", most_k, sketch_vertices, "sketch");
+        fits("/refinement/k", most_l, mesh_vertices, "mesh");
+    }
+    if let Regions::Given { sketch, mesh } = &settings.regions {
+        for (name, labels, vertices) in [("sketch", sketch, sketch_vertices), ("mesh", mesh, mesh_vertices)] {
+            if labels.len() != vertices {
+                let detail = format!("must have a label for each of the {vertices} vertices, has {}", labels.len());
+                faults.add(format!("/regions/{name}"), detail);
+            }
+        }
+    }
+    for (i, landmark) in settings.landmarks.iter().enumerate() {
+        if landmark.mesh as usize >= mesh_vertices {
+            let detail = format!("there is no vertex {}, the mesh has {mesh_vertices}", landmark.mesh);
+            faults.add(format!("/landmarks/{i}/mesh"), detail);
+        }
+    }
+    faults.0
+}
+
+/// The sizes (k, l) of the bases after refinement; ZoomOut keeps their proportion.
+pub(super) fn upsampled(settings: &Settings) -> (usize, usize) {
+    let Basis { k, k_mesh, .. } = settings.basis;
+    match settings.refinement {
+        Refinement::Zoomout { k: last } => (last, (k_mesh * last).div_ceil(k.max(1))),
+        _ => (k, k_mesh),
+    }
+}
+
+/// Faults as they are found.
+#[derive(Default)]
+struct Faults(Vec<Fault>);
+
+impl Faults {
+    fn add(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
+        self.0.push(Fault { pointer: pointer.into(), detail: detail.into() });
+    }
+
+    fn range(&mut self, pointer: &str, value: usize, least: usize, most: usize) {
+        if !(least..=most).contains(&value) {
+            self.add(pointer, format!("must be {least} to {most}, is {value}"));
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! The stages of a match: their share of the whole, their progress and their time.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{Surroundings, Watcher};
+use crate::numerics::{Cancelled, Watch};
+
+/// The stages of a match in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    Spectrum,
+    Regions,
+    Descriptors,
+    Map,
+    Points,
+}
+
+impl Stage {
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Spectrum => "spectrum",
+            Stage::Regions => "regions",
+            Stage::Descriptors => "descriptors",
+            Stage::Map => "map",
+            Stage::Points => "points",
+        }
+    }
+
+    /// Where the stage begins and ends within a match that finds no spectrum cached, as fractions.
+    fn span(self) -> [f64; 2] {
+        match self {
+            Stage::Spectrum => [0.0, 0.5],
+            Stage::Regions => [0.5, 0.8],
+            Stage::Descriptors => [0.8, 0.85],
+            Stage::Map => [0.85, 0.9],
+            Stage::Points => [0.9, 1.0],
+        }
+    }
+}
+
+/// Times the stages as they run and tells the watcher of them.
+pub(super) struct Stages<'a> {
+    surroundings: &'a Surroundings<'a>,
+    begun: f64,
+    milliseconds: RefCell<BTreeMap<String, f64>>,
+}
+
+impl<'a> Stages<'a> {
+    pub fn begin(surroundings: &'a Surroundings<'a>) -> Stages<'a> {
+        Stages { surroundings, begun: (surroundings.clock)(), milliseconds: RefCell::default() }
+    }
+
+    /// Runs a stage, which reports its own progress to the watch it is handed.
+    pub fn run<T, E: From<Cancelled>>(
+        &self,
+        stage: Stage,
+        work: impl FnOnce(&dyn Watch) -> Result<T, E>,
+    ) -> Result<T, E> {
+        let watch = StageWatch { watcher: self.surroundings.watcher, stage };
+        watch.proceed(0.0)?;
+        let begun = (self.surroundings.clock)();
+        let result = work(&watch)?;
+        let taken = (self.surroundings.clock)() - begun;
+        self.milliseconds.borrow_mut().insert(stage.name().to_owned(), taken);
+        Ok(result)
+    }
+
+    /// Milliseconds by stage, and in `total`.
+    pub fn finish(self) -> BTreeMap<String, f64> {
+        let mut milliseconds = self.milliseconds.into_inner();
+        milliseconds.insert("total".to_owned(), (self.surroundings.clock)() - self.begun);
+        milliseconds
+    }
+}
+
+/// The watcher of a match as the watch of one stage.
+struct StageWatch<'a> {
+    watcher: &'a dyn Watcher,
+    stage: Stage,
+}
+
+impl Watch for StageWatch<'_> {
+    fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
+        let [begin, end] = self.stage.span();
+        self.watcher.proceed(self.stage, begin + (end - begin) * fraction)
+    }
+}

@@ -1,0 +1,68 @@
+//! What every answer carries, and keys that keep requests from being carried out twice.
+
+use serde_json::json;
+use sketchmatch::http::Config;
+
+use crate::drawings::ellipsoid;
+use crate::server::{Server, header, id, json_of, problem_of};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_key_makes_one_match_of_many_requests() {
+    let server = Server::idle(Config::default()).await;
+    let asked = async |besides| {
+        server.request_match(besides).await.header("idempotency-key", "one").send().await.unwrap()
+    };
+    let first = asked(json!({})).await;
+    let location = header(&first, "location").to_owned();
+    let again = asked(json!({})).await;
+    assert_eq!((again.status().as_u16(), header(&again, "location")), (202, location.as_str()));
+    assert_eq!(id(&json_of(first, 202).await), id(&json_of(again, 202).await));
+    let other = problem_of(asked(json!({"preset": "thesis"})).await, 422).await;
+    assert_eq!(other["errors"][0]["place"], "header idempotency-key");
+    assert_eq!(server.read("/v1/matches").await["items"].as_array().unwrap().len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_key_repeats_the_answer_to_an_upload() {
+    let server = Server::idle(Config::default()).await;
+    let upload = |segments| {
+        server.post("/v1/meshes?format=obj").header("idempotency-key", "one").body(ellipsoid(segments, 6)).send()
+    };
+    let first = json_of(upload(8).await.unwrap(), 201).await;
+    assert_eq!(json_of(upload(8).await.unwrap(), 201).await, first);
+    problem_of(upload(9).await.unwrap(), 422).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_answer_carries_the_identifiers_of_its_request() {
+    let server = Server::idle(Config::default()).await;
+    let trace = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
+    let request = server.get("/healthz").header("x-request-id", "abc").header("traceparent", trace);
+    let answer = request.send().await.unwrap();
+    assert_eq!((header(&answer, "x-request-id"), header(&answer, "traceparent")), ("abc", trace));
+    let answer = server.get("/nothing").send().await.unwrap();
+    assert_eq!(header(&answer, "x-request-id").len(), 36);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn other_sites_may_call_as_configured() {
+    let server = Server::idle(Config { cors_origins: vec!["https://a.example".to_owned()], ..Config::default() }).await;
+    let from = async |origin: &str| server.get("/healthz").header("origin", origin).send().await.unwrap();
+    assert_eq!(header(&from("https://a.example").await, "access-control-allow-origin"), "https://a.example");
+    assert_eq!(header(&from("https://b.example").await, "access-control-allow-origin"), "");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_service_tells_its_state() {
+    let server = Server::idle(Config::default()).await;
+    assert_eq!(server.read("/healthz").await, json!({"status": "ok"}));
+    assert_eq!(server.read("/readyz").await, json!({"status": "ok"}));
+    assert_eq!(server.get("/metrics").send().await.unwrap().status(), 200);
+    let page = server.get("/docs/").send().await.unwrap();
+    assert!(page.text().await.unwrap().contains("swagger"));
+    let regularisers = server.read("/v1/regularisers").await;
+    for regulariser in regularisers.as_array().unwrap() {
+        let path = format!("/v1/regularisers/{}", regulariser["type"].as_str().unwrap());
+        assert_eq!(server.read(&path).await, *regulariser);
+    }
+}

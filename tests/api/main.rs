@@ -1,0 +1,11 @@
+//! The service as its clients see it: every test starts a server of its own and speaks HTTP.
+
+mod bad_inputs;
+mod crash;
+mod drawings;
+mod headers;
+mod openapi;
+mod server;
+mod spectra;
+mod uploads;
+mod walk;

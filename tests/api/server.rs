@@ -1,0 +1,119 @@
+//! A server on a free port over a data directory of its own.
+
+use metrics_exporter_prometheus::PrometheusBuilder;
+use reqwest::{Client, RequestBuilder, Response};
+use serde_json::{Value, json};
+use sketchmatch::http::{self, App};
+use sketchmatch::store::{self, Store};
+use sketchmatch::worker;
+use tempfile::TempDir;
+use tokio::net::TcpListener;
+use tokio_util::sync::{CancellationToken, DropGuard};
+
+use crate::drawings;
+
+/// A running server; it stops when dropped.
+pub struct Server {
+    client: Client,
+    address: String,
+    _stop: DropGuard,
+    _data: TempDir,
+}
+
+impl Server {
+    /// A server with one worker.
+    pub async fn working() -> Server {
+        Server::start(http::Config::default(), true).await
+    }
+
+    /// A server that queues and never works.
+    pub async fn idle(config: http::Config) -> Server {
+        Server::start(config, false).await
+    }
+
+    async fn start(config: http::Config, works: bool) -> Server {
+        let data = tempfile::tempdir().unwrap();
+        let store = Store::open(&store::Config { data_dir: data.path().to_owned() }).await.unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = format!("http://{}", listener.local_addr().unwrap());
+        let shutdown = CancellationToken::new();
+        if works {
+            let config = worker::Config { workers: 1, ..worker::Config::default() };
+            tokio::spawn(worker::run(store.clone(), config, shutdown.clone()));
+        }
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store, config, measures, shutdown.clone());
+        tokio::spawn(http::serve(listener, app));
+        Server { client: Client::new(), address, _stop: shutdown.drop_guard(), _data: data }
+    }
+
+    pub fn request(&self, method: &str, path: &str) -> RequestBuilder {
+        self.client.request(method.parse().unwrap(), format!("{}{path}", self.address))
+    }
+
+    pub fn get(&self, path: &str) -> RequestBuilder {
+        self.request("GET", path)
+    }
+
+    pub fn post(&self, path: &str) -> RequestBuilder {
+        self.request("POST", path)
+    }
+
+    /// The answer to a GET as JSON; it has to be 200.
+    pub async fn read(&self, path: &str) -> Value {
+        json_of(self.get(path).send().await.unwrap(), 200).await
+    }
+
+    /// The id of the ellipsoid, uploaded.
+    pub async fn mesh(&self) -> String {
+        let upload = self.post("/v1/meshes?format=obj").body(drawings::ellipsoid(16, 12)).send().await.unwrap();
+        id(&upload.json().await.unwrap())
+    }
+
+    /// The id of the ellipse, uploaded.
+    pub async fn sketch(&self) -> String {
+        let upload = self.post("/v1/sketches").json(&drawings::ellipse()).send().await.unwrap();
+        id(&upload.json().await.unwrap())
+    }
+
+    /// A match of the ellipse and the ellipsoid with whatever `besides` asks.
+    pub async fn request_match(&self, besides: Value) -> RequestBuilder {
+        let (mesh, sketch) = (self.mesh().await, self.sketch().await);
+        let mut request = json!({"mesh": mesh, "sketch": sketch});
+        request.as_object_mut().unwrap().extend(besides.as_object().unwrap().clone());
+        self.post("/v1/matches").json(&request)
+    }
+
+    /// The path of a match that has succeeded.
+    pub async fn finished_match(&self) -> String {
+        let request = self.request_match(json!({})).await.header("prefer", "wait=60");
+        let body = json_of(request.send().await.unwrap(), 200).await;
+        assert_eq!(body["status"], "succeeded", "{body}");
+        body["links"]["self"].as_str().unwrap().to_owned()
+    }
+}
+
+/// The body of an answer that has to have this status.
+pub async fn json_of(response: Response, status: u16) -> Value {
+    let found = response.status();
+    let text = response.text().await.unwrap();
+    assert_eq!(found, status, "{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+/// The problem an answer has to be.
+pub async fn problem_of(response: Response, status: u16) -> Value {
+    assert_eq!(response.headers()["content-type"], "application/problem+json");
+    let problem = json_of(response, status).await;
+    assert_eq!(problem["status"], status);
+    assert!(problem["type"].is_string() && problem["title"].is_string() && problem["detail"].is_string(), "{problem}");
+    problem
+}
+
+pub fn header<'a>(response: &'a Response, name: &str) -> &'a str {
+    response.headers().get(name).map(|value| value.to_str().unwrap()).unwrap_or_default()
+}
+
+pub fn id(document: &Value) -> String {
+    document["id"].as_str().unwrap_or_else(|| panic!("{document}")).to_owned()
+}

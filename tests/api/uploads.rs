@@ -1,0 +1,80 @@
+//! Meshes and sketches in every form they may arrive in.
+
+use image::ImageFormat;
+use reqwest::multipart::{Form, Part};
+use serde_json::json;
+use sketchmatch::http::Config;
+
+use crate::drawings::{SQUARE_SVG, disk, ellipse, ellipsoid, encoded};
+use crate::server::{Server, header, id, json_of};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_same_mesh_is_stored_once() {
+    let server = Server::idle(Config::default()).await;
+    let upload = || server.post("/v1/meshes?format=obj&name=ellipsoid").body(ellipsoid(16, 12)).send();
+    let first = upload().await.unwrap();
+    let location = header(&first, "location").to_owned();
+    let first = json_of(first, 201).await;
+    assert_eq!(location, format!("/v1/meshes/{}", id(&first)));
+    let measures = json!([first["vertices"], first["triangles"], first["components"], first["boundary_edges"], first["closed"]]);
+    assert_eq!(measures, json!([178, 352, 1, 0, true]));
+    assert_eq!(first["name"], "ellipsoid");
+    assert_eq!(json_of(upload().await.unwrap(), 200).await, first);
+    assert_eq!(server.read(&location).await, first);
+    assert_eq!(server.read("/v1/meshes").await["items"], json!([first]));
+    let mesh = server.read(&format!("{location}/mesh")).await;
+    assert_eq!(mesh["vertices"][0], json!([0.0, 0.0, 0.4]));
+    assert_eq!(mesh["triangles"].as_array().unwrap().len(), 352);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_mesh_comes_raw_or_in_a_form_and_tells_its_format() {
+    let server = Server::idle(Config::default()).await;
+    let off = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    let sniffed = json_of(server.post("/v1/meshes").body(off).send().await.unwrap(), 201).await;
+    let file = Part::text(off).file_name("tetrahedron.off");
+    let form = server.post("/v1/meshes").multipart(Form::new().part("file", file)).send().await.unwrap();
+    assert_eq!(id(&json_of(form, 200).await), id(&sniffed));
+    let file = Part::text(ellipsoid(8, 6)).file_name("ellipsoid.obj");
+    let form = server.post("/v1/meshes").multipart(Form::new().part("file", file)).send().await.unwrap();
+    assert_eq!(json_of(form, 201).await["name"], "ellipsoid.obj");
+    let typed = server.post("/v1/meshes").header("content-type", "model/obj").body(ellipsoid(8, 6)).send().await.unwrap();
+    json_of(typed, 200).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_sketch_keeps_the_coordinates_of_its_upload() {
+    let server = Server::idle(Config::default()).await;
+    let outline = server.post("/v1/sketches").json(&ellipse()).send().await.unwrap();
+    let location = header(&outline, "location").to_owned();
+    let outline = json_of(outline, 201).await;
+    assert_eq!(server.read(&location).await, outline);
+    assert_eq!(server.read("/v1/sketches").await["items"], json!([outline]));
+    let vertices = server.read(&format!("{location}/mesh")).await["vertices"].clone();
+    let (low, high) = bounds(&vertices);
+    assert!((low[0] + 100.0).abs() < 1e-6 && (high[0] - 100.0).abs() < 1e-6, "{low:?} {high:?}");
+
+    let svg = server.post("/v1/sketches?target_vertices=60").header("content-type", "image/svg+xml").body(SQUARE_SVG);
+    let svg = json_of(svg.send().await.unwrap(), 201).await;
+    let (low, high) = bounds(&server.read(&format!("/v1/sketches/{}/mesh", id(&svg))).await["vertices"]);
+    assert!([low[0] - 10.0, low[1] - 10.0, high[0] - 90.0, high[1] - 90.0].iter().all(|d| d.abs() < 0.1), "{low:?} {high:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_picture_is_a_sketch() {
+    let server = Server::idle(Config::default()).await;
+    for (media_type, format) in [("image/png", ImageFormat::Png), ("image/jpeg", ImageFormat::Jpeg)] {
+        let upload = server.post("/v1/sketches?target_vertices=100").header("content-type", media_type);
+        let sketch = json_of(upload.body(encoded(disk(), format)).send().await.unwrap(), 201).await;
+        let expected = std::f64::consts::PI * 20.0 * 20.0;
+        assert!((sketch["area"].as_f64().unwrap() / expected - 1.0).abs() < 0.1, "{sketch}");
+    }
+}
+
+fn bounds(vertices: &serde_json::Value) -> ([f64; 2], [f64; 2]) {
+    let points: Vec<[f64; 2]> = serde_json::from_value(vertices.clone()).unwrap();
+    let extreme = |pick: fn(f64, f64) -> f64, start: f64| {
+        points.iter().fold([start; 2], |found, point| [pick(found[0], point[0]), pick(found[1], point[1])])
+    };
+    (extreme(f64::min, f64::INFINITY), extreme(f64::max, f64::NEG_INFINITY))
+}
