@@ -88,8 +88,8 @@ impl Store {
     /// # Errors
     /// What the database said; the lease stands as it stood.
     pub async fn beat(&self, lease: &Lease, stage: &str, fraction: f64) -> Result<Beat, StoreError> {
-        // A NaN becomes 0: the column takes numbers only.
-        let fraction = fraction.max(0.0).min(1.0);
+        // The column takes numbers only.
+        let fraction = if fraction.is_nan() { 0.0 } else { fraction.clamp(0.0, 1.0) };
         let sql = "UPDATE jobs SET revision = revision + CASE WHEN stage = $3 AND fraction = $4 THEN 0 ELSE 1 END, \
                    stage = $3, fraction = $4, lease_ms = (SELECT now_ms FROM clock) + $5 \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";

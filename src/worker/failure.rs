@@ -52,11 +52,9 @@ impl From<SpectralError> for Failure {
 impl From<MatchError> for Failure {
     fn from(error: MatchError) -> Failure {
         match error {
-            MatchError::Cancelled => Failure::Stopped,
-            MatchError::Faults(faults) => {
-                Failure::refused("the match cannot be carried out as it is asked for", &faults)
-            }
-            MatchError::Spectral(error) => error.into(),
+            MatchError::Cancelled(_) => Failure::Stopped,
+            MatchError::Faults(ref faults) => Failure::refused(&error, faults),
+            error => Failure::refused(error, &[]),
         }
     }
 }

@@ -1,10 +1,11 @@
+use std::time::Instant;
+
 use bytes::Bytes;
 
 use super::attempt::Bench;
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::pipeline;
-use crate::pipeline::settings::Settings;
+use crate::pipeline::{self, Settings, Surroundings};
 use crate::store::Job;
 
 /// The correspondence of a sketch and a mesh as JSON.
@@ -15,7 +16,10 @@ pub(super) fn run(bench: &Bench, job: &Job, progress: &Progress) -> Result<Bytes
     let sketch = sketch.ok_or_else(|| Failure::refused(format_args!("there is no sketch {}", settings.sketch), &[]))?;
     let mesh = bench.runtime.block_on(bench.store.mesh(&settings.mesh))?;
     let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", settings.mesh), &[]))?;
-    let mut result = pipeline::run(&sketch, &mesh, &settings, &bench.spectra, progress)?;
+    let begun = Instant::now();
+    let clock = || begun.elapsed().as_secs_f64() * 1e3;
+    let surroundings = Surroundings { spectra: &bench.spectra, watcher: progress, clock: &clock };
+    let mut result = pipeline::run(&sketch, &mesh, &settings, &surroundings)?;
     result.id = Some(job.id.clone());
     Ok(serde_json::to_vec(&result).map_err(|error| Failure::internal(error, false))?.into())
 }

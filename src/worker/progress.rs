@@ -31,23 +31,13 @@ impl Progress {
 /// A match goes through stages.
 impl Watcher for Progress {
     fn proceed(&self, stage: Stage, fraction: f64) -> Result<(), Cancelled> {
-        self.reach(name(stage), fraction)
+        self.reach(stage.name(), fraction)
     }
 }
 
 /// A spectrum is one stage.
 impl Watch for Progress {
     fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
-        self.reach(name(Stage::Spectrum), fraction)
-    }
-}
-
-fn name(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Spectrum => "spectrum",
-        Stage::Descriptors => "descriptors",
-        Stage::Regions => "regions",
-        Stage::Map => "map",
-        Stage::Points => "points",
+        self.reach(Stage::Spectrum.name(), fraction)
     }
 }
