@@ -156,7 +156,8 @@ mod tests {
     #[test]
     fn every_option_has_its_variable() {
         for command in Cli::command().get_subcommands() {
-            let options = command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
+            let options =
+                command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
             for option in options {
                 let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());

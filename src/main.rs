@@ -47,7 +47,8 @@ async fn serve(options: &ServeOptions) -> anyhow::Result<()> {
     options.check_exposure()?;
     let measures = telemetry::measures()?;
     let store = Store::open(&options.store()).await?;
-    let listener = TcpListener::bind(options.listen).await.with_context(|| format!("listening on {}", options.listen))?;
+    let listener =
+        TcpListener::bind(options.listen).await.with_context(|| format!("listening on {}", options.listen))?;
     let shutdown = CancellationToken::new();
     stop_on_signal(shutdown.clone())?;
     tracing::info!(address = %listener.local_addr()?, "listening");
@@ -135,7 +136,8 @@ fn settings(options: &MatchOptions, sketch_vertices: usize, mesh_vertices: usize
         }
         Err(faults) => faults,
     };
-    let problem = Problem::refused("the match cannot be carried out as asked", faults.into_iter().map(Into::into).collect());
+    let problem =
+        Problem::refused("the match cannot be carried out as asked", faults.into_iter().map(Into::into).collect());
     Err(reasons(path, &problem))
 }
 

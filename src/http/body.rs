@@ -73,11 +73,7 @@ pub fn is_json(media_type: &str) -> bool {
 
 /// 415, naming what would do.
 pub fn unsupported(detail: impl Into<String>) -> Problem {
-    let detail = detail.into();
-    Problem {
-        errors: vec![Fault::in_header("content-type", detail.clone())],
-        ..Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, detail)
-    }
+    Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, Fault::in_header("content-type", detail))
 }
 
 /// The content type in lower case without its parameters.
@@ -93,10 +89,7 @@ async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, Owned
     let headers = request.headers();
     if headers.contains_key(header::CONTENT_ENCODING) {
         let fault = Fault::in_header("content-encoding", "bodies are taken uncompressed");
-        return Err(Problem {
-            errors: vec![fault],
-            ..Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "bodies are taken uncompressed")
-        });
+        return Err(Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, fault));
     }
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<usize>().ok());
     let length = announced.unwrap_or(limit);
@@ -143,7 +136,6 @@ async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Probl
         let bytes = part.bytes().await.map_err(|error| broken(error.body_text()))?;
         file = Some((bytes, media_type, file_name));
     }
-    let (bytes, media_type, file_name) =
-        file.ok_or_else(|| broken("the form has no part named `file`".to_owned()))?;
+    let (bytes, media_type, file_name) = file.ok_or_else(|| broken("the form has no part named `file`".to_owned()))?;
     Ok(Upload { bytes, media_type, file_name, _memory: memory })
 }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use serde::de::{DeserializeOwned, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde::Deserialize;
+use serde::de::{DeserializeOwned, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
 
@@ -182,7 +182,11 @@ mod tests {
         assert_refused(r#"{"mesh": "m", "sketch": "s", "meshes": 1}"#, 422, "/meshes");
         assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": -1}}"#, 422, "/basis/k");
         assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k/": 1}}"#, 422, "/basis/k~1");
-        assert_refused(r#"{"mesh": "m", "sketch": "s", "landmarks": [{"sketch": [0], "mesh": 1}]}"#, 422, "/landmarks/0/sketch");
+        assert_refused(
+            r#"{"mesh": "m", "sketch": "s", "landmarks": [{"sketch": [0], "mesh": 1}]}"#,
+            422,
+            "/landmarks/0/sketch",
+        );
         assert_refused("[]", 422, "");
     }
 

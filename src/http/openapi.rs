@@ -106,7 +106,8 @@ fn tag(variant: &Value) -> Option<(String, String)> {
 }
 
 fn camel_case(snake_case: &str) -> String {
-    let word = |word: &str| word.chars().take(1).flat_map(char::to_uppercase).chain(word.chars().skip(1)).collect::<String>();
+    let word =
+        |word: &str| word.chars().take(1).flat_map(char::to_uppercase).chain(word.chars().skip(1)).collect::<String>();
     snake_case.split('_').map(word).collect()
 }
 

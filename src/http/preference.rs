@@ -32,7 +32,8 @@ impl<S: Send + Sync> FromRequestParts<S> for Wait {
 
 fn wait(headers: &HeaderMap) -> Wait {
     let values = headers.get_all(HEADER).iter().filter_map(|value| value.to_str().ok());
-    let mut preferences = values.flat_map(|value| value.split([',', ';'])).filter_map(|preference| preference.split_once('='));
+    let mut preferences =
+        values.flat_map(|value| value.split([',', ';'])).filter_map(|preference| preference.split_once('='));
     let seconds = preferences.find(|(name, _)| name.trim().eq_ignore_ascii_case("wait"));
     Wait(seconds.and_then(|(_, value)| value.trim().trim_matches('"').parse::<u64>().ok()).map(|n| n.min(LONGEST_WAIT)))
 }

@@ -98,9 +98,14 @@ impl Problem {
         Problem { errors, ..Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail) }
     }
 
+    /// A problem of one status and one fault.
+    pub fn of_fault(status: StatusCode, fault: Fault) -> Problem {
+        Problem { errors: vec![fault.clone()], ..Problem::new(status, fault.detail) }
+    }
+
     /// 400: not understood.
     pub fn malformed(fault: Fault) -> Problem {
-        Problem { errors: vec![fault.clone()], ..Problem::new(StatusCode::BAD_REQUEST, fault.detail) }
+        Problem::of_fault(StatusCode::BAD_REQUEST, fault)
     }
 
     /// 404: no resource of this name; `what` is a noun phrase such as "mesh m".

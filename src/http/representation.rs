@@ -20,7 +20,9 @@ pub fn negotiated(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'sta
     if ranges.is_empty() {
         return Ok(offered[0]);
     }
-    let liking = |media_type: &str| ranges.iter().filter_map(|&(range, q)| Some((fit(range, media_type)?, q))).max_by_key(|&(fit, _)| fit);
+    let liking = |media_type: &str| {
+        ranges.iter().filter_map(|&(range, q)| Some((fit(range, media_type)?, q))).max_by_key(|&(fit, _)| fit)
+    };
     let mut best: Option<(&'static str, f64)> = None;
     for &media_type in offered {
         let q = liking(media_type).map_or(0.0, |(_, q)| q);
@@ -30,7 +32,7 @@ pub fn negotiated(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'sta
     }
     best.map(|(media_type, _)| media_type).ok_or_else(|| {
         let fault = Fault::in_header("accept", format!("this resource comes as {}", offered.join(", ")));
-        Problem { errors: vec![fault.clone()], ..Problem::new(StatusCode::NOT_ACCEPTABLE, fault.detail) }
+        Problem::of_fault(StatusCode::NOT_ACCEPTABLE, fault)
     })
 }
 
@@ -126,7 +128,11 @@ mod tests {
         let body = Bytes::from_static(b"{}");
         let first = immutable(&HeaderMap::new(), "application/json", body.clone());
         let tag = first.headers()[header::ETAG].clone();
-        for known in [tag.to_str().unwrap().to_owned(), tagged(tag.to_str().unwrap(), "gzip"), format!("\"x\", W/{}", tag.to_str().unwrap())] {
+        for known in [
+            tag.to_str().unwrap().to_owned(),
+            tagged(tag.to_str().unwrap(), "gzip"),
+            format!("\"x\", W/{}", tag.to_str().unwrap()),
+        ] {
             let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::try_from(known).unwrap())]);
             assert_eq!(immutable(&headers, "application/json", body.clone()).status(), StatusCode::NOT_MODIFIED);
         }

@@ -36,7 +36,8 @@ pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Res
     if job.state != JobState::Succeeded {
         return Err(unavailable(&job));
     }
-    let result = app.store.result(&id).await?.ok_or_else(|| Problem::not_found(format_args!("result of match {id}")))?;
+    let result =
+        app.store.result(&id).await?.ok_or_else(|| Problem::not_found(format_args!("result of match {id}")))?;
     let body = match form {
         CSV => app.off_runtime(move || csv(&result)).await?.map_err(Problem::internal)?,
         NPY => app.off_runtime(move || matrix(&result)).await?.map_err(Problem::internal)?,

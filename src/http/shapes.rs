@@ -1,8 +1,8 @@
 //! What meshes and sketches have in common as resources.
 
 use axum::http::StatusCode;
-use serde::de::DeserializeOwned;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use utoipa::ToSchema;
 
 use super::App;

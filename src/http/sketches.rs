@@ -10,15 +10,16 @@ use utoipa::{IntoParams, ToSchema};
 use super::App;
 use super::body::{Upload, is_json, unsupported};
 use super::idempotency::{IdempotencyKey, fingerprint};
+use super::json;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::immutable;
 use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
-use super::json;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
-    Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture, from_svg,
+    Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
+    from_svg,
 };
 use crate::store::Kind;
 
@@ -81,7 +82,8 @@ pub async fn upload(
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let target = target(query.target_vertices)?;
         let config = Config { max_svg_bytes: app.config.max_request_bytes, ..Config::default() };
-        let taken = app.off_runtime(move || imported(&upload.bytes, upload.media_type.as_deref(), target, &config)).await?;
+        let taken =
+            app.off_runtime(move || imported(&upload.bytes, upload.media_type.as_deref(), target, &config)).await?;
         let Imported { sketch, warnings } = taken?;
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
         shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(&sketch, name.as_deref(), body).await?)
@@ -139,12 +141,7 @@ pub fn imported(
 
 fn measured(sketch: &Sketch, warnings: Vec<Warning>) -> SketchMeasures {
     let mesh = sketch.mesh();
-    SketchMeasures {
-        vertices: mesh.positions().len(),
-        triangles: mesh.triangles().len(),
-        area: mesh.area(),
-        warnings,
-    }
+    SketchMeasures { vertices: mesh.positions().len(), triangles: mesh.triangles().len(), area: mesh.area(), warnings }
 }
 
 /// The problem of a drawing that is not taken.

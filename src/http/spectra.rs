@@ -182,8 +182,10 @@ impl Asked {
         };
         let location = format!("{}/{id}/spectrum?k={k}&boundary={boundary}", kind.path());
         let location = HeaderValue::try_from(location).map_err(Problem::internal)?;
-        let document =
-            PendingSpectrum { status: job.state.into(), progress: Progress { stage: job.stage, fraction: job.fraction } };
+        let document = PendingSpectrum {
+            status: job.state.into(),
+            progress: Progress { stage: job.stage, fraction: job.fraction },
+        };
         let headers = [(header::LOCATION, location), (header::RETRY_AFTER, HeaderValue::from(1))];
         Ok((StatusCode::ACCEPTED, headers, Json(document)).into_response())
     }
@@ -208,9 +210,9 @@ fn rows(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> impl Iterat
         row_of[vertex as usize] = Some(row);
     }
     let eigenfunctions = spectrum.eigenfunctions.as_ref();
-    row_of.into_iter().flat_map(move |row| {
-        (0..k).map(move |column| row.map_or(f64::NAN, |row| eigenfunctions[(row, column)]))
-    })
+    row_of
+        .into_iter()
+        .flat_map(move |row| (0..k).map(move |column| row.map_or(f64::NAN, |row| eigenfunctions[(row, column)])))
 }
 
 fn eigenfunctions(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> Bytes {

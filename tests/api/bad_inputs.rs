@@ -49,7 +49,9 @@ impl Case {
     fn is_named_by(&self, problem: &Value) -> bool {
         let Some(place) = self.place else { return true };
         problem["errors"].as_array().is_some_and(|faults| {
-            faults.iter().any(|fault| fault["pointer"] == place || fault["place"].as_str().is_some_and(|at| at.contains(place)))
+            faults
+                .iter()
+                .any(|fault| fault["pointer"] == place || fault["place"].as_str().is_some_and(|at| at.contains(place)))
         })
     }
 }
@@ -148,15 +150,26 @@ fn uploads() -> Vec<Case> {
         upload("an unknown format", "?format=dae", 422, Some("query parameter format")),
         upload("an unknown parameter", "?format=obj&colour=red", 422, Some("query parameter colour")),
         upload("a parameter twice", "?format=obj&format=off", 422, Some("query parameter format")),
-        upload("a name without end", &format!("?format=obj&name={}", "n".repeat(201)), 422, Some("query parameter name")),
-        upload("a compressed body", "?format=obj", 415, Some("header content-encoding")).with("content-encoding", "gzip"),
+        upload(
+            "a name without end",
+            &format!("?format=obj&name={}", "n".repeat(201)),
+            422,
+            Some("query parameter name"),
+        ),
+        upload("a compressed body", "?format=obj", 415, Some("header content-encoding"))
+            .with("content-encoding", "gzip"),
         upload("an empty key", "?format=obj", 400, Some("header idempotency-key")).with("idempotency-key", ""),
-        case("bytes of no format", Method::POST, "/v1/meshes", 415, Some("header content-type")).carrying("\x01\x02\x03"),
+        case("bytes of no format", Method::POST, "/v1/meshes", 415, Some("header content-type"))
+            .carrying("\x01\x02\x03"),
         case("a file too large", Method::POST, "/v1/meshes?format=obj", 413, None).carrying(vec![b'#'; 200_001]),
         case("too many triangles", Method::POST, "/v1/meshes?format=off", 413, None).carrying(many_triangles()),
         form("a form without a file", 400, "--b--\r\n"),
         form("a form that breaks off", 400, "--b\r\ncontent-disposition: form-data; name=\"file\"\r\n\r\nv 0"),
-        form("a form of another part", 422, "--b\r\ncontent-disposition: form-data; name=\"mesh\"\r\n\r\nv\r\n--b--\r\n"),
+        form(
+            "a form of another part",
+            422,
+            "--b\r\ncontent-disposition: form-data; name=\"mesh\"\r\n\r\nv\r\n--b--\r\n",
+        ),
     ]
 }
 
@@ -172,7 +185,12 @@ fn outlines() -> Vec<Case> {
         outline(name, 422, &format!(r#"{{"outline": [[0,0],[10,0],[10,10],[0,10]], "holes": {holes}}}"#), place)
     };
     let wanted = |name, vertices: &str| {
-        outline(name, 422, &format!(r#"{{"outline": [[0,0],[1,0],[0,1]], "target_vertices": {vertices}}}"#), "/target_vertices")
+        outline(
+            name,
+            422,
+            &format!(r#"{{"outline": [[0,0],[1,0],[0,1]], "target_vertices": {vertices}}}"#),
+            "/target_vertices",
+        )
     };
     vec![
         outline("no JSON", 400, "outline", ""),
@@ -209,7 +227,11 @@ fn drawings() -> Vec<Case> {
     let mut huge = png.clone();
     huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     let svg = |name, inside: &str| {
-        drawing(name, "image/svg+xml", format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{inside}</svg>"#))
+        drawing(
+            name,
+            "image/svg+xml",
+            format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{inside}</svg>"#),
+        )
     };
     vec![
         drawing("no SVG", "image/svg+xml", "<html></html>"),
@@ -224,14 +246,22 @@ fn drawings() -> Vec<Case> {
         drawing("a picture of one pixel", "image/png", encoded(GrayImage::new(1, 1), ImageFormat::Png)),
         drawing("no JPEG", "image/jpeg", [0xff, 0xd8, 0xff, 0xe0, 0, 0]),
         Case { status: 415, place: Some("header content-type"), ..drawing("plain text", "text/plain", "a cat") },
-        case("vertices by the query", Method::POST, "/v1/sketches?target_vertices=7", 422, Some("query parameter target_vertices"))
-            .carrying(SQUARE_SVG),
+        case(
+            "vertices by the query",
+            Method::POST,
+            "/v1/sketches?target_vertices=7",
+            422,
+            Some("query parameter target_vertices"),
+        )
+        .carrying(SQUARE_SVG),
     ]
 }
 
 fn requests() -> Vec<Case> {
     let whole = |name, body: &str, place| {
-        case(name, Method::POST, "/v1/matches", 422, Some(place)).with("content-type", "application/json").carrying(body)
+        case(name, Method::POST, "/v1/matches", 422, Some(place))
+            .with("content-type", "application/json")
+            .carrying(body)
     };
     vec![
         whole("no mesh", r#"{"sketch": "{sketch}"}"#, "/mesh"),
@@ -249,7 +279,11 @@ fn requests() -> Vec<Case> {
         request("a regulariser without a type", r#""regulariser": {"gamma": 1}"#, "/regulariser/type"),
         request("a negative gamma", r#""regulariser": {"type": "l1", "gamma": -1}"#, "/regulariser/gamma"),
         request("a gamma in words", r#""regulariser": {"type": "l1", "gamma": "much"}"#, "/regulariser/gamma"),
-        request("no iterations", r#""regulariser": {"type": "l1", "max_iterations": 0}"#, "/regulariser/max_iterations"),
+        request(
+            "no iterations",
+            r#""regulariser": {"type": "l1", "max_iterations": 0}"#,
+            "/regulariser/max_iterations",
+        ),
         request("a misspelt gamma", r#""regulariser": {"type": "l1", "gama": 1}"#, "/regulariser/gama"),
         request("a negative sparsity", r#""weights": {"method": "cosamp", "sparsity": -1}"#, "/weights/sparsity"),
         request("unknown weights", r#""weights": {"method": "all"}"#, "/weights/method"),
@@ -286,7 +320,8 @@ fn calls() -> Vec<Case> {
         get("a spectrum of nothing", "/v1/meshes/{mesh}/spectrum?k=0", 422, Some("query parameter k")),
         get("a spectrum without end", "/v1/meshes/{mesh}/spectrum?k=100000", 422, Some("query parameter k")),
         get("an unknown boundary", "/v1/meshes/{mesh}/spectrum?boundary=robin", 422, Some("query parameter boundary")),
-        get("a spectrum as a picture", "/v1/meshes/{mesh}/spectrum", 406, Some("header accept")).with("accept", "image/png"),
+        get("a spectrum as a picture", "/v1/meshes/{mesh}/spectrum", 406, Some("header accept"))
+            .with("accept", "image/png"),
     ]
 }
 
@@ -309,7 +344,10 @@ async fn every_bad_input_is_refused_with_its_place_and_leaves_nothing() {
         let (status, kind) = (answer.status().as_u16(), answer.headers().get("content-type").cloned());
         let text = answer.text().await.unwrap();
         let problem: Value = serde_json::from_str(&text).unwrap_or_default();
-        if status != case.status || kind.is_none_or(|kind| kind != "application/problem+json") || !case.is_named_by(&problem) {
+        if status != case.status
+            || kind.is_none_or(|kind| kind != "application/problem+json")
+            || !case.is_named_by(&problem)
+        {
             wrong.push(format!("{}: {} {:?} wanted, got {text}", case.name, case.status, case.place));
         }
     }

@@ -50,7 +50,8 @@ impl Drop for Program {
 
 /// The paths of `count` matches queued at the program.
 async fn queued(program: &Program, client: &Client, count: usize) -> Vec<String> {
-    let mesh = client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, 30)).send().await.unwrap();
+    let mesh =
+        client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, 30)).send().await.unwrap();
     let sketch = client.post(program.url("/v1/sketches")).json(&drawings::ellipse()).send().await.unwrap();
     let request = json!({"mesh": id(&json_of(mesh, 201).await), "sketch": id(&json_of(sketch, 201).await)});
     let mut paths = Vec::new();

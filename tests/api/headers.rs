@@ -9,9 +9,8 @@ use crate::server::{Server, header, id, json_of, problem_of};
 #[tokio::test(flavor = "multi_thread")]
 async fn a_key_makes_one_match_of_many_requests() {
     let server = Server::idle(Config::default()).await;
-    let asked = async |besides| {
-        server.request_match(besides).await.header("idempotency-key", "one").send().await.unwrap()
-    };
+    let asked =
+        async |besides| server.request_match(besides).await.header("idempotency-key", "one").send().await.unwrap();
     let first = asked(json!({})).await;
     let location = header(&first, "location").to_owned();
     let again = asked(json!({})).await;

@@ -59,7 +59,8 @@ async fn only_the_largest_component_has_eigenfunctions() {
     let path = format!("/v1/meshes/{}/spectrum?k=3&boundary=neumann", mesh["id"].as_str().unwrap());
     spectrum(&server, &path).await;
     let array = server.get(&path).header("accept", "application/x-npy").send().await.unwrap().bytes().await.unwrap();
-    let values: Vec<f64> = array[array.len() - 181 * 3 * 8..].as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+    let values: Vec<f64> =
+        array[array.len() - 181 * 3 * 8..].as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
     assert!(values[..178 * 3].iter().all(|value| value.is_finite()));
     assert!(values[178 * 3..].iter().all(|value| value.is_nan()));
 }

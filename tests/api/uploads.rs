@@ -16,7 +16,8 @@ async fn the_same_mesh_is_stored_once() {
     let location = header(&first, "location").to_owned();
     let first = json_of(first, 201).await;
     assert_eq!(location, format!("/v1/meshes/{}", id(&first)));
-    let measures = json!([first["vertices"], first["triangles"], first["components"], first["boundary_edges"], first["closed"]]);
+    let measures =
+        json!([first["vertices"], first["triangles"], first["components"], first["boundary_edges"], first["closed"]]);
     assert_eq!(measures, json!([178, 352, 1, 0, true]));
     assert_eq!(first["name"], "ellipsoid");
     assert_eq!(json_of(upload().await.unwrap(), 200).await, first);
@@ -38,7 +39,8 @@ async fn a_mesh_comes_raw_or_in_a_form_and_tells_its_format() {
     let file = Part::text(ellipsoid(8, 6)).file_name("ellipsoid.obj");
     let form = server.post("/v1/meshes").multipart(Form::new().part("file", file)).send().await.unwrap();
     assert_eq!(json_of(form, 201).await["name"], "ellipsoid.obj");
-    let typed = server.post("/v1/meshes").header("content-type", "model/obj").body(ellipsoid(8, 6)).send().await.unwrap();
+    let typed =
+        server.post("/v1/meshes").header("content-type", "model/obj").body(ellipsoid(8, 6)).send().await.unwrap();
     json_of(typed, 200).await;
 }
 
@@ -57,7 +59,10 @@ async fn a_sketch_keeps_the_coordinates_of_its_upload() {
     let svg = server.post("/v1/sketches?target_vertices=60").header("content-type", "image/svg+xml").body(SQUARE_SVG);
     let svg = json_of(svg.send().await.unwrap(), 201).await;
     let (low, high) = bounds(&server.read(&format!("/v1/sketches/{}/mesh", id(&svg))).await["vertices"]);
-    assert!([low[0] - 10.0, low[1] - 10.0, high[0] - 90.0, high[1] - 90.0].iter().all(|d| d.abs() < 0.1), "{low:?} {high:?}");
+    assert!(
+        [low[0] - 10.0, low[1] - 10.0, high[0] - 90.0, high[1] - 90.0].iter().all(|d| d.abs() < 0.1),
+        "{low:?} {high:?}"
+    );
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -31,7 +31,12 @@ async fn a_match_is_asked_for_followed_read_and_deleted() {
     let sketch = server.read(&format!("/v1/sketches/{}/mesh", result["sketch"].as_str().unwrap())).await;
     let points = result["correspondences"].as_array().unwrap();
     assert_eq!(points.len(), sketch["vertices"].as_array().unwrap().len());
-    assert!(points.iter().enumerate().all(|(i, point)| point["sketch_vertex"] == i && point["point"] == sketch["vertices"][i]));
+    assert!(
+        points
+            .iter()
+            .enumerate()
+            .all(|(i, point)| point["sketch_vertex"] == i && point["point"] == sketch["vertices"][i])
+    );
 
     assert_eq!(server.request("DELETE", &path).send().await.unwrap().status(), 204);
     problem_of(server.get(&path).send().await.unwrap(), 404).await;
