@@ -6,6 +6,7 @@ use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 
+use super::json::named_field;
 use super::problem::{Fault, Problem};
 
 /// The query string as a `T`; an unknown, repeated or unreadable parameter is a 422 that names it.
@@ -28,7 +29,8 @@ fn fault(rejection: &(dyn Error + 'static)) -> Fault {
     let mut cause = Some(rejection);
     while let Some(error) = cause {
         if let Some(error) = error.downcast_ref::<Tracked>() {
-            return Fault::in_query(&error.path().to_string(), error.inner().to_string());
+            let (path, detail) = (error.path().to_string(), error.inner().to_string());
+            return Fault::in_query(named_field(&detail).unwrap_or(&path), &detail);
         }
         cause = error.source();
     }
