@@ -38,7 +38,7 @@ pub struct Problem {
     #[schema(required = false)]
     pub errors: Vec<Fault>,
     #[serde(skip)]
-    retry_after: Option<u32>,
+    pub(super) retry_after: Option<u32>,
 }
 
 /// One fault and its place: a JSON pointer into the request's body, or the name of a place outside it.
