@@ -167,7 +167,10 @@ fn unreadable(face: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::super::{Format, Limits, Polygons, read};
+    use super::MOST_CORNERS;
     use crate::mesh::refusal::{Place, Refusal};
 
     fn obj(text: &str) -> Result<Polygons, Refusal> {
@@ -209,10 +212,68 @@ mod tests {
     }
 
     #[test]
+    fn names_the_faces_that_cannot_be_read() {
+        let text =
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1/1 2 3\nf 1/a 2 3\nf /1 2 3\nf 1 2 99999999999999999999\nf 1 2 3\n";
+        let Err(Refusal::Invalid(faults)) = obj(text) else { panic!("accepted") };
+        let lines: Vec<_> = faults.listed.iter().map(|fault| fault.place.clone()).collect();
+        assert_eq!(lines, [4, 5, 6, 7].map(Place::line));
+        let Err(Refusal::Invalid(faults)) = read(b"f 1 2 \xff\n", Format::Obj, &Limits::default()) else {
+            panic!("accepted")
+        };
+        assert_eq!(faults.listed[0].place, Place::line(1));
+    }
+
+    #[test]
+    fn leaves_vertices_out_of_range_and_their_faces_as_stated() {
+        let polygons = obj(&format!("v 0 0 0\nf 1 {} {} -2\nf 1\nf\n", i64::MAX, i64::MIN)).unwrap();
+        assert_eq!(faces(&polygons), [vec![0, i64::MAX - 1, i64::MIN + 1, -1], vec![0], vec![]]);
+    }
+
+    #[test]
+    fn takes_no_more_corners_than_are_judged() {
+        // \x0b is a blank to tobj alone.
+        for blank in [" ", "\x0b", "\u{a0}"] {
+            let polygons = obj(&format!("v 0 0 0\nf 1 {}", format!("1{blank}").repeat(1 << 16))).unwrap();
+            assert_eq!(faces(&polygons), [vec![0; MOST_CORNERS + 1]]);
+        }
+    }
+
+    #[test]
     fn stops_at_the_limit_of_triangles() {
         let limits = Limits { triangles: 2, ..Limits::default() };
         let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2 3\n";
         let refusal = read(text.as_bytes(), Format::Obj, &limits).unwrap_err();
         assert_eq!(refusal, Refusal::TooLarge { unit: "triangles", found: 3, limit: 2 });
+    }
+
+    /// A corner of vertex `id`, from 0, in one of the forms of the format, after `so_far` vertices.
+    fn corner(id: i64, so_far: i64, form: usize) -> String {
+        let number = if form % 2 == 1 && id < so_far { id - so_far } else { id + 1 };
+        format!("{number}{}", ["", "/7", "//-9", "/", "/2/5"][form % 5])
+    }
+
+    proptest! {
+        /// Vertices of later lines, groups, materials and every form of corner; then the same with a face out of range.
+        #[test]
+        fn reads_the_faces_that_are_written(
+            faces_at in prop::collection::vec(
+                prop::collection::vec((0..9i64, 0..10usize), 0..6), 9),
+        ) {
+            let (mut text, mut written, mut lines) = (String::new(), Vec::new(), Vec::new());
+            for (v, corners) in (1..).zip(faces_at) {
+                text += &format!("v {v} 0.1 -0 0.5\nvt 0 0\ng part {v}\nusemtl m{v}\n");
+                let words: Vec<_> = corners.iter().map(|&(id, form)| corner(id, v, form)).collect();
+                text += &format!("f {}\n", words.join(" "));
+                written.push(corners.iter().map(|&(id, _)| id).collect::<Vec<_>>());
+                lines.push(Some(5 * v as u64));
+            }
+            let polygons = obj(&text).unwrap();
+            prop_assert_eq!(&faces(&polygons), &written);
+            prop_assert_eq!((0..9).map(|f| polygons.face_place(f).line).collect::<Vec<_>>(), lines);
+            prop_assert_eq!(polygons.positions[8], [9.0, 0.1, 0.0]);
+            written.push(vec![0, 9, 2]);
+            prop_assert_eq!(faces(&obj(&(text + "f 1 10 3\n")).unwrap()), written);
+        }
     }
 }
