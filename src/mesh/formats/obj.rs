@@ -147,7 +147,7 @@ fn continued<'a>(first: &[u8], rest: &mut impl Iterator<Item = (u64, &'a [u8])>)
 /// The vertices a face names, from 0, in range or not; what tobj cannot read in it otherwise. In the file vertices count
 /// from 1, and negative numbers count back from the last vertex so far.
 fn stated_corners(face: &str, vertices_so_far: i64) -> Result<Vec<i64>, String> {
-    // Without any vertices a face that can be read is out of bounds.
+    // Alone, without vertices, a face that can be read is out of bounds.
     if let Err(LoadError::FaceParseError) = parsed(face) {
         return Err(unreadable(face.as_bytes()));
     }
