@@ -209,7 +209,8 @@ fn check_target(target_vertices: usize) -> Result<(), Refusal> {
 
 fn of_figure(figure: &Figure, target_vertices: usize, y_axis: YAxis) -> Result<(Sketch, Vec<Warning>), Refusal> {
     let (flat, warnings) = triangulation::triangulated(&figure.rings, target_vertices)?;
-    let positions = flat.points.iter().map(|&point| figure.frame.from_unit(point)).map(|[x, y]| [x, y, 0.0]).collect();
+    let positions =
+        flat.points.iter().map(|&point| figure.frame.drawing_point(point)).map(|[x, y]| [x, y, 0.0]).collect();
     let mesh = TriangleMesh::new(positions, flat.triangles)
         .map_err(|error| Refusal::plain(format!("the figure is too thin to be triangulated: {error}")))?;
     Ok((Sketch::new(mesh, y_axis)?, warnings))

@@ -73,13 +73,13 @@ impl Frame {
         Self { centre: [0, 1].map(|axis| 0.5 * (low[axis] + high[axis])), size: width.max(height) }
     }
 
-    fn to_unit(self, point: [f64; 2]) -> [f64; 2] {
+    fn unit_point(self, point: [f64; 2]) -> [f64; 2] {
         // Next to nothing is nothing: the exact predicates underflow below 2⁻¹⁴².
         difference(point, self.centre).map(|x| x / self.size).map(|x| if x.abs() < 1e-30 { 0.0 } else { x })
     }
 
     /// The point of the drawing that lies at `point` of the unit square.
-    pub fn from_unit(self, point: [f64; 2]) -> [f64; 2] {
+    pub fn drawing_point(self, point: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| self.centre[axis] + self.size * point[axis])
     }
 }
@@ -103,7 +103,7 @@ impl Figure {
         refuse(frame_faults(frame))?;
         let (clean, mended): (Vec<Ring>, Vec<Mended>) = rings
             .iter()
-            .map(|ring| Ring::mended(&ring.iter().map(|&point| frame.to_unit(point)).collect::<Vec<_>>()))
+            .map(|ring| Ring::mended(&ring.iter().map(|&point| frame.unit_point(point)).collect::<Vec<_>>()))
             .unzip();
         refuse(empty_faults(&clean))?;
         refuse(reach_faults(&clean))?;
@@ -156,7 +156,7 @@ fn size_faults(rings: &[&[[f64; 2]]], config: &Config) -> Vec<Fault> {
 fn coordinate_faults(rings: &[&[[f64; 2]]]) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (ring, points) in rings.iter().enumerate() {
-        let bad = points.iter().enumerate().filter(|(_, p)| p.iter().any(|x| !(x.abs() <= MAX_COORDINATE)));
+        let bad = points.iter().enumerate().filter(|(_, p)| p.iter().any(|x| x.is_nan() || x.abs() > MAX_COORDINATE));
         faults.extend(bad.take(MAX_FAULTS).map(|(i, &[x, y])| {
             let detail = format!("({x}, {y}) is not a point: coordinates must be numbers within ±{MAX_COORDINATE:e}");
             Fault::of(point_pointer(ring, i), detail)

@@ -120,6 +120,11 @@ pub(super) fn read(bytes: &[u8], format: Format, limits: &Limits) -> Result<Poly
     }
 }
 
+/// Triangles that a face of so many corners counts for: those it will be cut into, and one where there are none.
+fn triangles_of(corners: usize) -> usize {
+    corners.saturating_sub(2).max(1)
+}
+
 /// Vertices and polygons as a file states them: nothing is proven but that they keep to the limits.
 #[derive(Debug)]
 pub(super) struct Polygons {
@@ -166,7 +171,7 @@ impl Polygons {
     fn push_face(&mut self, corners: impl IntoIterator<Item = i64>, line: Option<u64>) -> Result<(), Refusal> {
         let start = self.corners.len();
         self.corners.extend(corners);
-        self.triangles += (self.corners.len() - start).saturating_sub(2).max(1);
+        self.triangles += triangles_of(self.corners.len() - start);
         self.limits.admit_triangles(self.triangles)?;
         self.ends.push(self.corners.len());
         self.face_lines.extend(line.map(|line| line as u32));

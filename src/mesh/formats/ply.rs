@@ -6,6 +6,8 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, Pro
 use super::Polygons;
 use crate::mesh::refusal::{Place, Refusal};
 
+/// Most bytes of a line of a text, which the parser takes apart in sixteen times the memory.
+const LONGEST_LINE: usize = 1 << 16;
 /// Most bytes of a header, which the parser keeps whole.
 const LONGEST_HEADER: usize = 1 << 16;
 
@@ -71,6 +73,11 @@ impl File<'_> {
         }
         let mut reader = Reader::new(bytes);
         let header = Parser::<Other>::new().read_header(&mut reader).map_err(|error| unreadable(&error, true))?;
+        let is_text = header.encoding == Encoding::Ascii;
+        if is_text && reader.get_ref().split(|&b| b == b'\n').any(|line| line.len() > LONGEST_LINE) {
+            let detail = format!("a line of more than {LONGEST_LINE} bytes");
+            return Err(Refusal::because(Place::file(), detail));
+        }
         let bytes_left = reader.get_ref().len();
         for ElementDef { name, count, properties } in header.elements.values() {
             if *count > 0 && properties.is_empty() {
@@ -263,6 +270,13 @@ mod tests {
             let refusal = read(broken.as_bytes(), Format::Ply, &Limits::default()).unwrap_err().to_string();
             assert!(refusal.contains(reason) && !refusal.contains('\n'), "{to}: {refusal}");
         }
+    }
+
+    #[test]
+    fn refuses_endless_lines() {
+        let bytes = [text(), vec![b' '; LONGEST_LINE + 1]].concat();
+        let refusal = read(&bytes, Format::Ply, &Limits::default()).unwrap_err().to_string();
+        assert!(refusal.contains("a line of more than"), "{refusal}");
     }
 
     #[test]

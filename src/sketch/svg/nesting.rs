@@ -1,6 +1,7 @@
 //! How deep and how large a document becomes when its references are followed: usvg does so by recursion.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use usvg::roxmltree::{Document, Node};
 
@@ -71,8 +72,8 @@ fn extent<'a>(
                 extent.elements = extent.elements.saturating_add(part.elements);
             }
             known.insert(index(node), Some(Extent { depth: extent.depth + 1, ..extent }));
-        } else if !known.contains_key(&index(node)) {
-            known.insert(index(node), None);
+        } else if let Entry::Vacant(unknown) = known.entry(index(node)) {
+            unknown.insert(None);
             stack.push((node, true));
             stack.extend(parts().map(|part| (part, false)));
         }
