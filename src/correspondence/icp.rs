@@ -37,7 +37,9 @@ pub fn refined(
         }
         // The orthonormal C nearest to the map of these points: U Vᵀ of its singular value decomposition.
         let target = functional_map(phi, mass, psi, &map);
-        let svd = target.svd().map_err(|_| DecompositionError::SingularValues { rows: target.nrows(), columns: target.ncols() })?;
+        let svd = target
+            .svd()
+            .map_err(|_| DecompositionError::SingularValues { rows: target.nrows(), columns: target.ncols() })?;
         c = svd.U() * svd.V().transpose();
         last = map;
     }

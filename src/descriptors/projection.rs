@@ -20,9 +20,8 @@ pub struct RegionProjection {
 /// The projections of all regions, one pass over the vertices: n k² multiplications.
 pub fn projections(spectrum: &Spectrum, regions: &Regions) -> Vec<RegionProjection> {
     let k = spectrum.len();
-    let mut projections: Vec<RegionProjection> = (0..regions.count())
-        .map(|_| RegionProjection { indicator: vec![0.0; k], gram: Mat::zeros(k, k) })
-        .collect();
+    let mut projections: Vec<RegionProjection> =
+        (0..regions.count()).map(|_| RegionProjection { indicator: vec![0.0; k], gram: Mat::zeros(k, k) }).collect();
     let (mut row, mut squares) = (vec![0.0; k], vec![0.0; k]);
     for (x, &mass) in spectrum.mass.iter().enumerate() {
         let Some(region) = regions.region(x) else { continue };

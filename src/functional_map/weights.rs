@@ -100,7 +100,7 @@ fn slant(sketch: &[f64], mesh: &[f64]) -> Mat<f64> {
     })
 }
 
-/// wᵢⱼ = |ρ(μᵢ) − ρ(λⱼ)| over its maximum, μ the mesh's and λ the sketch's eigenvalues \[ROA+19, §4\].
+/// wᵢⱼ = |ρ(μᵢ) − ρ(λⱼ)| over its maximum, μ the mesh's and λ the sketch's eigenvalues \[RPWO19, §4\].
 ///
 /// ρ(λ) = (√λ − i)⁻¹ = √λ / (λ + 1) + i / (λ + 1) is the resolvent at the imaginary unit of the Laplacian to the power
 /// ½, eigenvalues in units of the largest of both spectra. With these weights ‖W ⊙ C‖²_F is, but for a factor, the

@@ -55,12 +55,7 @@ pub enum EigenError {
 ///
 /// # Errors
 /// [`EigenError`].
-pub fn smallest(
-    stiffness: &CsMat<f64>,
-    mass: &[f64],
-    k: usize,
-    watch: &dyn Watch,
-) -> Result<Eigenpairs, EigenError> {
+pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watch) -> Result<Eigenpairs, EigenError> {
     let n = mass.len();
     if k > n {
         return Err(EigenError::TooMany { wanted: k, unknowns: n });
@@ -258,8 +253,7 @@ impl KrylovSpace {
         if wanted > m {
             return Ok(None);
         }
-        let projected =
-            Mat::from_fn(m, m, |i, j| self.projected[i.max(j)].get(i.min(j)).copied().unwrap_or_default());
+        let projected = Mat::from_fn(m, m, |i, j| self.projected[i.max(j)].get(i.min(j)).copied().unwrap_or_default());
         let eigen = projected.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotConverged)?;
         let (theta, vectors) = (eigen.S().column_vector(), eigen.U());
         for i in 0..wanted {

@@ -52,7 +52,7 @@ where
 }
 
 /// The b with entries in `support` alone that minimises ‖Φ b − y‖, by conjugate gradients on the normal equations
-/// [NT08, §5.1].
+/// [NT08].
 fn restricted_least_squares<F, A>(phi: &Sampling<F, A>, y: &[f64], support: &[usize]) -> Vec<f64>
 where
     F: Fn(&[f64]) -> Vec<f64>,

@@ -52,8 +52,9 @@ pub(super) fn problem(
         Some(range) => heat_kernel::times_between(range, descriptors.hks.count),
         None => heat_kernel::times(common, descriptors.hks.count),
     };
-    let energies = wave_kernel::energies(common, descriptors.wks.count, descriptors.wks.variance);
+    // Heat is compared at the same times, waves at energies of the same rank in either spectrum.
     let filters = |eigenvalues: &[f64]| {
+        let energies = wave_kernel::energies(eigenvalues, descriptors.wks.count, descriptors.wks.variance);
         [heat_kernel::filters(eigenvalues, &times), wave_kernel::filters(eigenvalues, &energies)]
     };
     let (sketch_filters, mesh_filters) = (filters(common), filters(scaled));
@@ -89,9 +90,7 @@ pub(super) fn problem(
 /// Every column to Euclidean norm 1; a column of zeros stays.
 fn unit_columns(matrix: Mat<f64>) -> Mat<f64> {
     let norms: Vec<f64> = (0..matrix.ncols()).map(|j| norm(matrix.as_ref(), j)).collect();
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        if norms[j] > 0.0 { matrix[(i, j)] / norms[j] } else { 0.0 }
-    })
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| if norms[j] > 0.0 { matrix[(i, j)] / norms[j] } else { 0.0 })
 }
 
 fn norm(matrix: MatRef<'_, f64>, column: usize) -> f64 {

@@ -192,7 +192,9 @@ pub enum Refinement {
         iterations: usize,
     },
     /// Spectral upsampling to `k` eigenfunctions of the sketch.
-    Zoomout { k: usize },
+    Zoomout {
+        k: usize,
+    },
 }
 
 fn ten() -> usize {

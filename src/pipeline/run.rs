@@ -155,8 +155,7 @@ fn points(
         Conversion::Nearest {} => points::by_nearest_neighbour(c.as_ref(), basis, target, watch)?,
     };
     let flat = sketch.mesh();
-    let confidence =
-        confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
+    let confidence = confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
     Ok(Points { c, map, confidence })
 }
 
@@ -190,7 +189,8 @@ fn warnings(
     let mut warnings = Vec::new();
     let (used, all) = (component.vertices.len(), mesh.positions().len());
     if used < all {
-        warnings.push(format!("{} of the {all} vertices of the mesh are not on the component that is matched", all - used));
+        warnings
+            .push(format!("{} of the {all} vertices of the mesh are not on the component that is matched", all - used));
     }
     if let super::request::Regions::Auto { count } = settings.regions {
         for (shape, found) in [("sketch", regions.sketch.count()), ("mesh", regions.mesh.count())] {

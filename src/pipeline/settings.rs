@@ -96,10 +96,9 @@ impl Settings {
             refinement: Refinement::None {},
         };
         match preset {
-            Preset::Thesis => Settings {
-                regulariser: Regulariser::L1 { gamma: 1.0, max_iterations: 200, tolerance: 0.0 },
-                ..thesis
-            },
+            Preset::Thesis => {
+                Settings { regulariser: Regulariser::L1 { gamma: 1.0, max_iterations: 200, tolerance: 0.0 }, ..thesis }
+            }
             Preset::Automatic => Settings {
                 weights: Weights::Resolvent {},
                 regulariser: Regulariser::L2 {

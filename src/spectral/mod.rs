@@ -214,8 +214,7 @@ mod tests {
             let sign = [0, 1, 2].map(|axis| if signs >> axis & 1 == 1 { -1 } else { 1 });
             let mirrored = sign.iter().product::<i64>() < 0;
             let mut add = |corners: [[i64; 2]; 3]| {
-                let [a, b, c] =
-                    corners.map(|[x, y]| vertex([sign[0] * x, sign[1] * y, sign[2] * (f - x - y)]));
+                let [a, b, c] = corners.map(|[x, y]| vertex([sign[0] * x, sign[1] * y, sign[2] * (f - x - y)]));
                 triangles.push(if mirrored { [a, c, b] } else { [a, b, c] });
             };
             for x in 0..f {
@@ -275,8 +274,7 @@ mod tests {
 
     #[test]
     fn an_obtuse_triangle_has_positive_mass() {
-        let mesh =
-            TriangleMesh::new(vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 0.5, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let mesh = TriangleMesh::new(vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 0.5, 0.0]], vec![[0, 1, 2]]).unwrap();
         assert_eq!(laplacian::mass(&mesh, Lumping::Mixed), vec![0.25, 0.25, 0.5]);
     }
 
@@ -329,8 +327,7 @@ mod tests {
         let mesh = rectangle(1.7, 1.0, 24, 18);
         let positions = mesh.positions().iter().map(|p| p.map(|x| 1000.0 * x)).collect();
         let larger = TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap();
-        let [small, large] =
-            [&mesh, &larger].map(|m| spectrum(m, 10, Boundary::Neumann, &Unwatched).unwrap());
+        let [small, large] = [&mesh, &larger].map(|m| spectrum(m, 10, Boundary::Neumann, &Unwatched).unwrap());
         for j in 1..10 {
             assert!((large.eigenvalues[j] * 1e6 / small.eigenvalues[j] - 1.0).abs() < 1e-9);
         }
@@ -339,10 +336,7 @@ mod tests {
     #[test]
     fn too_many_pairs_are_refused_and_a_watcher_can_stop() {
         let mesh = rectangle(1.0, 1.0, 3, 3);
-        assert_eq!(
-            spectrum(&mesh, 5, Boundary::Dirichlet, &Unwatched),
-            Err(SpectralError::TooMany { k: 5, most: 4 })
-        );
+        assert_eq!(spectrum(&mesh, 5, Boundary::Dirichlet, &Unwatched), Err(SpectralError::TooMany { k: 5, most: 4 }));
         struct Impatient;
         impl Watch for Impatient {
             fn proceed(&self, _fraction: f64) -> Result<(), crate::numerics::Cancelled> {
