@@ -19,11 +19,11 @@ pub mod sketch;
 /// The Laplacian of a mesh and its eigenpairs.
 pub mod spectral;
 
-/// Point descriptors made of eigenpairs: heat kernel, wave kernel, global point signature.
-pub mod descriptors;
-
 /// Consensus segmentation and the pairing of regions.
 pub mod regions;
+
+/// Point descriptors made of eigenpairs: heat kernel, wave kernel, global point signature.
+pub mod descriptors;
 
 /// The energy of a functional map and its minimiser: problem, weights, regulariser, solve.
 pub mod functional_map;

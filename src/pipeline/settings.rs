@@ -7,7 +7,7 @@ use super::Fault;
 use super::request::{
     Alignment, Columns, Conversion, Landmark, MatchRequest, Part, Preset, Refinement, Regions, SpectralScale,
 };
-use crate::functional_map::regulariser::{self, L2Solver, Regulariser};
+use crate::functional_map::regulariser::{self, Regulariser};
 use crate::functional_map::weights::{self, Weights};
 use crate::regions::MAX_REGIONS;
 use crate::spectral::Boundary;
@@ -96,20 +96,8 @@ impl Settings {
             refinement: Refinement::None {},
         };
         match preset {
-            Preset::Thesis => {
-                Settings { regulariser: Regulariser::L1 { gamma: 1.0, max_iterations: 200, tolerance: 0.0 }, ..thesis }
-            }
-            Preset::Automatic => Settings {
-                weights: Weights::Resolvent {},
-                regulariser: Regulariser::L2 {
-                    gamma: 0.1,
-                    max_iterations: 200,
-                    tolerance: 0.0,
-                    solver: L2Solver::Exact,
-                },
-                conversion: Conversion::Nearest {},
-                ..thesis
-            },
+            Preset::Thesis => thesis,
+            Preset::Automatic => Settings { weights: Weights::Slant {}, conversion: Conversion::Nearest {}, ..thesis },
         }
     }
 

@@ -1,0 +1,227 @@
+//! The method as a whole, on the example creatures, without the service.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde_json::{Value, json};
+use sketchmatch::correspondence::{functional_map, points};
+use sketchmatch::evaluation::{Truth, answers, errors, mean};
+use sketchmatch::example;
+use sketchmatch::mesh::TriangleMesh;
+use sketchmatch::mesh::formats::{Format, Limits};
+use sketchmatch::mesh::validation::import;
+use sketchmatch::numerics::{Cancelled, Unwatched, Watch};
+use sketchmatch::pipeline::outcome::MatchResult;
+use sketchmatch::pipeline::request::MatchRequest;
+use sketchmatch::pipeline::{self, MatchError, Settings, Spectra, Stage, Surroundings, Watcher};
+use sketchmatch::sketch::outline::OutlineRequest;
+use sketchmatch::sketch::{self, Sketch};
+use sketchmatch::spectral::laplacian::Lumping;
+use sketchmatch::spectral::{Boundary, SpectralError, Spectrum, spectrum, spectrum_with};
+
+struct Case {
+    sketch: Sketch,
+    mesh: TriangleMesh,
+    truth: Truth,
+}
+
+/// A creature with a mesh and a sketch small enough for many matches.
+fn case(creature: &str) -> Case {
+    sized(creature, 2000, 400)
+}
+
+fn sized(creature: &str, mesh_vertices: usize, sketch_vertices: usize) -> Case {
+    let files = example::files(mesh_vertices).unwrap();
+    let file = |name: &str| &files.iter().find(|(path, _)| *path == format!("{creature}/{name}")).unwrap().1;
+    let drawing: OutlineRequest = serde_json::from_slice(file("sketch.json")).unwrap();
+    let (drawing, _) = drawing.into_parts();
+    Case {
+        sketch: sketch::from_outline(&drawing, sketch_vertices, &sketch::Config::default()).unwrap().sketch,
+        mesh: import(file("mesh.obj"), Format::Obj, &Limits::default()).unwrap().mesh,
+        truth: serde_json::from_slice(file("truth.json")).unwrap(),
+    }
+}
+
+struct Computed;
+
+impl Spectra for Computed {
+    fn spectrum(
+        &self,
+        mesh: &TriangleMesh,
+        k: usize,
+        boundary: Boundary,
+        watch: &dyn Watch,
+    ) -> Result<Arc<Spectrum>, SpectralError> {
+        spectrum(mesh, k, boundary, watch).map(Arc::new)
+    }
+}
+
+/// Cancels at the question with this number.
+struct CancelsAt {
+    question: usize,
+    asked: AtomicUsize,
+}
+
+impl Watcher for CancelsAt {
+    fn proceed(&self, _stage: Stage, fraction: f64) -> Result<(), Cancelled> {
+        assert!((0.0..=1.0).contains(&fraction));
+        let asked = self.asked.fetch_add(1, Ordering::Relaxed);
+        if asked == self.question { Err(Cancelled) } else { Ok(()) }
+    }
+}
+
+fn settings(request: Value) -> Settings {
+    let mut whole = json!({"mesh": "mesh", "sketch": "sketch"});
+    whole.as_object_mut().unwrap().extend(request.as_object().unwrap().clone());
+    let request: MatchRequest = serde_json::from_value(whole).unwrap();
+    Settings::resolve(&request).unwrap()
+}
+
+fn matched(case: &Case, request: Value, watcher: &dyn Watcher) -> Result<MatchResult, MatchError> {
+    let surroundings = Surroundings { spectra: &Computed, watcher, clock: &|| 0.0 };
+    pipeline::run(&case.sketch, &case.mesh, &settings(request), &surroundings)
+}
+
+fn patient() -> CancelsAt {
+    CancelsAt { question: usize::MAX, asked: AtomicUsize::new(0) }
+}
+
+#[test]
+fn eigenvalues_agree_with_those_of_scipy() {
+    let golden: Value = serde_json::from_str(include_str!("golden/quadruped_eigenvalues.json")).unwrap();
+    let mesh = case("quadruped").mesh;
+    let spectrum = spectrum_with(&mesh, Lumping::Barycentric, 60, Boundary::Neumann, &Unwatched).unwrap();
+    for (j, expected) in golden["eigenvalues"].as_array().unwrap().iter().enumerate().skip(1) {
+        let ratio = spectrum.eigenvalues[j] / expected.as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < 1e-6, "λ_{j}: {ratio}");
+    }
+}
+
+#[test]
+fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis() {
+    for creature in ["quadruped", "biped"] {
+        let Case { sketch, mesh, truth } = sized(creature, 5000, 800);
+        let at: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v)).collect();
+        // The true image of a vertex of the sketch: that of the nearest point of the truth.
+        let nearest = |[x, y]: [f64; 2]| {
+            let distance = |p: &[f64; 2]| (p[0] - x).hypot(p[1] - y);
+            let points = &truth.points;
+            (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b]))).unwrap()
+        };
+        let map: Vec<u32> = at.iter().map(|&p| truth.variants.front[nearest(p)]).collect();
+        // What was measured on other shapes is 0.044 and 0.016.
+        for (k, limit) in [(20, 0.05), (100, 0.02)] {
+            let [phi, psi] = [sketch.mesh(), &mesh]
+                .map(|shape| spectrum(shape, k, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(k));
+            let (phi, psi, mass) = (phi.eigenfunctions.as_ref(), psi.eigenfunctions.as_ref(), &phi.mass);
+            let c = functional_map(phi, mass, psi, &map);
+            let read = points::by_nearest_neighbour(c.as_ref(), phi, psi, &Unwatched).unwrap();
+            let error = mean(&errors(&mesh, &truth, &answers(&truth, &at, &read)).coherent);
+            assert!(error < limit, "{creature}, k = {k}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_shape_matched_with_itself_gives_the_identity() {
+    let Case { sketch, .. } = case("quadruped");
+    let mesh = sketch.mesh().clone();
+    let n = mesh.positions().len();
+    let labels: Vec<i32> = mesh.positions().iter().map(|p| (p[0] / 60.0) as i32).collect();
+    let itself = Case { sketch, mesh, truth: case("quadruped").truth };
+    let request = json!({
+        "regions": {"method": "given", "sketch": labels, "mesh": labels},
+        "regulariser": {"type": "none"}, "conversion": {"method": "nearest"},
+    });
+    let result = matched(&itself, request, &patient()).unwrap();
+    for (i, row) in result.c.values.iter().enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            let expected = if i == j { 1.0 } else { 0.0 };
+            assert!((value - expected).abs() < 1e-6, "C[{i}, {j}] = {value}");
+        }
+    }
+    assert_eq!(result.correspondences.len(), n);
+    assert!(result.correspondences.iter().all(|c| c.sketch_vertex == c.mesh_vertex));
+    assert!(result.confidence > 1.0 - 1e-9);
+}
+
+#[test]
+fn every_setting_runs_with_a_rectangular_map_and_twice_the_same() {
+    let case = case("quadruped");
+    let requests = [
+        json!({}),
+        json!({"preset": "thesis"}),
+        json!({"preset": "thesis", "regulariser": {"type": "l2", "solver": "conjugate_gradient"}}),
+        json!({"preset": "thesis", "regulariser": {"type": "nuclear"}, "weights": {"method": "none"}}),
+        json!({"regulariser": {"type": "none"}, "weights": {"method": "slant"}, "basis": {"boundary": "dirichlet"}}),
+        json!({"refinement": {"method": "zoomout", "k": 40}, "basis": {"k": 15, "k_mesh": 22}}),
+        json!({"refinement": {"method": "icp", "iterations": 3}, "descriptors": {"columns": "raw"}}),
+        json!({"regions": {"method": "segmented", "sketch_regions": 5, "mesh_regions": 6, "pairs": [[0, 0], [1, 2]]}}),
+        json!({"landmarks": [{"sketch": [300.0, 300.0], "mesh": 17}], "descriptors": {"spectral_scale": "area"}}),
+    ];
+    for request in requests {
+        let first = matched(&case, request.clone(), &patient()).unwrap();
+        let (rows, columns) = (first.c.values.len(), first.c.values[0].len());
+        assert_eq!((rows, columns), (first.c.rows, first.c.columns));
+        assert_eq!(first.correspondences.len(), case.sketch.mesh().positions().len());
+        let vertices = case.mesh.positions().len() as u32;
+        assert!(first.correspondences.iter().all(|c| c.mesh_vertex < vertices && (0.0..=1.0).contains(&c.confidence)));
+        let start = first.solver.history[0];
+        assert!(first.solver.objective <= start * (1.0 + 1e-12) + 1e-12, "{request}");
+        // The settings the result tells are a request for the same.
+        let resent = serde_json::to_value(&first.request).unwrap();
+        let again = matched(&case, resent, &patient()).unwrap();
+        assert_eq!(serde_json::to_string(&first).unwrap(), serde_json::to_string(&again).unwrap());
+    }
+}
+
+#[test]
+fn the_thesis_preset_runs_its_two_hundred_iterations() {
+    let result = matched(&case("biped"), json!({"preset": "thesis"}), &patient()).unwrap();
+    assert_eq!((result.solver.iterations, result.solver.history.len()), (200, 201));
+    assert_eq!((result.c.rows, result.c.columns), (20, 20));
+}
+
+#[test]
+fn a_match_can_be_cancelled_at_any_question() {
+    let case = case("quadruped");
+    let asked = patient();
+    matched(&case, json!({"preset": "thesis"}), &asked).unwrap();
+    let questions = asked.asked.into_inner();
+    assert!(questions > 200, "asked only {questions} times");
+    for question in (0..questions).step_by(questions / 12) {
+        let watcher = CancelsAt { question, asked: AtomicUsize::new(0) };
+        let cancelled = matched(&case, json!({"preset": "thesis"}), &watcher);
+        assert!(matches!(cancelled, Err(MatchError::Cancelled(_))), "question {question}");
+    }
+}
+
+#[test]
+fn every_fault_of_a_request_is_named() {
+    let request = json!({
+        "mesh": "m", "sketch": "s", "basis": {"k": 0, "k_mesh": 501},
+        "descriptors": {"hks": {"times": [2.0, 1.0]}, "wks": {"variance": 0.0}},
+        "regions": {"method": "segmented", "sketch_regions": 3, "mesh_regions": 99, "pairs": [[3, 0]]},
+        "regulariser": {"type": "l1", "gamma": -1.0, "max_iterations": 0},
+        "weights": {"method": "cosamp", "sparsity": 0.0},
+        "refinement": {"method": "icp", "iterations": 0},
+    });
+    let request: MatchRequest = serde_json::from_value(request).unwrap();
+    let faults = Settings::resolve(&request).unwrap_err();
+    let pointers: Vec<&str> = faults.iter().map(|fault| fault.pointer.as_str()).collect();
+    for pointer in [
+        "/basis/k",
+        "/basis/k_mesh",
+        "/descriptors/hks/times",
+        "/descriptors/wks/variance",
+        "/regions/mesh_regions",
+        "/regions/pairs/0/0",
+        "/weights/sparsity",
+        "/regulariser/gamma",
+        "/regulariser/max_iterations",
+        "/refinement/iterations",
+        "/refinement",
+    ] {
+        assert!(pointers.contains(&pointer), "{pointer} not among {pointers:?}");
+    }
+}
