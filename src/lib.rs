@@ -7,7 +7,7 @@
 // Floor 1: pure. No tokio, no input or output, no clock.
 
 /// Solvers that know operators, not meshes: sparse factorisation, block Lanczos, least squares, conjugate gradient,
-/// proximal gradient, proximal operators, CoSaMP, nearest neighbours, and the report every iteration leaves behind.
+/// proximal gradient, proximal operators, CoSaMP, and the report every iteration leaves behind.
 pub mod numerics;
 
 /// A valid triangle mesh, what is measured on it, and the file formats it arrives in.

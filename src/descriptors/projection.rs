@@ -5,8 +5,12 @@
 
 use faer::{Mat, MatRef};
 
+use crate::numerics::{Cancelled, Watch};
 use crate::regions::Regions;
 use crate::spectral::Spectrum;
+
+/// Vertices between two questions to the watcher.
+const ROUND: usize = 1024;
 
 /// What a region contributes to the constraints of a functional map.
 #[derive(Clone, Debug)]
@@ -18,12 +22,22 @@ pub struct RegionProjection {
 }
 
 /// The projections of all regions, one pass over the vertices: n k² multiplications.
-pub fn projections(spectrum: &Spectrum, regions: &Regions) -> Vec<RegionProjection> {
+///
+/// # Errors
+/// [`Cancelled`] by the watcher, asked every so many vertices.
+pub fn projections(
+    spectrum: &Spectrum,
+    regions: &Regions,
+    watch: &dyn Watch,
+) -> Result<Vec<RegionProjection>, Cancelled> {
     let k = spectrum.len();
     let mut projections: Vec<RegionProjection> =
         (0..regions.count()).map(|_| RegionProjection { indicator: vec![0.0; k], gram: Mat::zeros(k, k) }).collect();
     let (mut row, mut squares) = (vec![0.0; k], vec![0.0; k]);
     for (x, &mass) in spectrum.mass.iter().enumerate() {
+        if x % ROUND == 0 {
+            watch.proceed(x as f64 / spectrum.vertices() as f64)?;
+        }
         let Some(region) = regions.region(x) else { continue };
         for i in 0..k {
             row[i] = spectrum.eigenfunctions[(x, i)];
@@ -36,7 +50,7 @@ pub fn projections(spectrum: &Spectrum, regions: &Regions) -> Vec<RegionProjecti
         }
         projection.indicator.iter_mut().zip(&row).for_each(|(entry, value)| *entry += mass * value);
     }
-    projections
+    Ok(projections)
 }
 
 /// The components `filters` (k × count) of the descriptor at every point, n × count: for means over regions.
@@ -49,6 +63,7 @@ pub fn at_points(spectrum: &Spectrum, filters: MatRef<'_, f64>) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::Unwatched;
 
     #[test]
     fn a_projection_is_that_of_the_function_formed_at_the_points() {
@@ -61,7 +76,7 @@ mod tests {
         let regions = Regions::new((0..n).map(|x| (x % 4) as i32 - 1).collect()).unwrap();
         let filters = Mat::from_fn(k, 3, |i, t| 1.0 / (1.0 + (i * t) as f64));
         let points = at_points(&spectrum, filters.as_ref());
-        for (region, projection) in projections(&spectrum, &regions).iter().enumerate() {
+        for (region, projection) in projections(&spectrum, &regions, &Unwatched).unwrap().iter().enumerate() {
             let fast = &projection.gram * &filters;
             for (a, t) in (0..k).flat_map(|a| (0..3).map(move |t| (a, t))) {
                 let naive: f64 = (0..n)

@@ -5,7 +5,7 @@ use faer::{Mat, MatRef, Side};
 
 use super::MapError;
 use super::problem::Problem;
-use crate::numerics::least_squares;
+use crate::numerics::{Watch, least_squares};
 
 /// The C (l × k) of ‖C A − B‖²_F + γ ‖W ⊙ C‖²_F → min, for W (l × k).
 ///
@@ -13,10 +13,16 @@ use crate::numerics::least_squares;
 /// singular to rounding gets the solution of least norm.
 ///
 /// # Errors
-/// [`MapError::Decomposition`] if such a row's eigenvalues do not converge.
-pub(super) fn minimiser(problem: &Problem, gamma: f64, weights: MatRef<'_, f64>) -> Result<Mat<f64>, MapError> {
+/// [`MapError::Decomposition`] if such a row's eigenvalues do not converge, or the watcher, asked at every row, cancels.
+pub(super) fn minimiser(
+    problem: &Problem,
+    gamma: f64,
+    weights: MatRef<'_, f64>,
+    watch: &dyn Watch,
+) -> Result<Mat<f64>, MapError> {
     let mut c = Mat::zeros(problem.rows(), problem.columns());
     for i in 0..problem.rows() {
+        watch.proceed(i as f64 / problem.rows() as f64)?;
         let mut system = problem.gram().to_owned();
         for j in 0..problem.columns() {
             system[(j, j)] += gamma * weights[(i, j)].powi(2);
@@ -42,6 +48,7 @@ fn solution(system: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Result<Mat<f64>, Map
 mod tests {
     use super::*;
     use crate::functional_map::problem;
+    use crate::numerics::Unwatched;
     use crate::numerics::random;
 
     fn example(q: usize) -> Problem {
@@ -52,7 +59,7 @@ mod tests {
     fn the_minimiser_has_no_gradient() {
         let (problem, gamma) = (example(40), 3.0);
         let weights = Mat::from_fn(7, 5, |i, j| i.abs_diff(j) as f64);
-        let c = minimiser(&problem, gamma, weights.as_ref()).unwrap();
+        let c = minimiser(&problem, gamma, weights.as_ref(), &Unwatched).unwrap();
         let penalty = Mat::from_fn(7, 5, |i, j| 2.0 * gamma * weights[(i, j)].powi(2) * c[(i, j)]);
         assert!((problem.gradient(c.as_ref()) + penalty).norm_max() < 1e-9);
     }
@@ -62,7 +69,7 @@ mod tests {
         // Three constraints leave A Aᵀ (5 × 5) singular.
         for (q, tolerance) in [(40, 1e-12), (3, 1e-7)] {
             let problem = example(q);
-            let c = minimiser(&problem, 0.0, Mat::ones(7, 5).as_ref()).unwrap();
+            let c = minimiser(&problem, 0.0, Mat::ones(7, 5).as_ref(), &Unwatched).unwrap();
             assert!((c - problem::least_squares(&problem).unwrap()).norm_max() < tolerance);
         }
     }

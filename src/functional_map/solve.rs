@@ -46,7 +46,7 @@ pub fn solve(
             (c, Report { iterations: 0, history, stopped: Stopped::Converged })
         }
         Regulariser::L2 { gamma, solver: L2Solver::Exact, .. } => {
-            let c = ridge::minimiser(problem, gamma, weights.as_ref())?;
+            let c = ridge::minimiser(problem, gamma, weights.as_ref(), watch)?;
             let h = |c: &Mat<f64>| problem.variable(c.as_ref()) + gamma * weighted_energy(weights, c.as_ref());
             let history = vec![h(&start), h(&c)];
             (c, Report { iterations: 0, history, stopped: Stopped::Converged })

@@ -61,11 +61,13 @@ pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watc
         return Err(EigenError::TooMany { wanted: k, unknowns: n });
     }
     if n <= 400 || n < 3 * (k + GUARD + BLOCKS[0]) {
+        watch.proceed(0.0)?;
         return dense(stiffness, mass, k);
     }
     let operator = ShiftInvert::new(stiffness, mass)?;
     for (attempt, block) in BLOCKS.into_iter().enumerate() {
         let Some(ritz) = converged_pairs(&operator, k, block, attempt as u64, watch)? else { continue };
+        watch.proceed(0.95)?;
         if complete(stiffness, mass, k, &ritz.values)? {
             return rayleigh_ritz(&operator, stiffness, ritz.vectors, k);
         }
@@ -142,10 +144,11 @@ fn converged_pairs(
     let mut next_check = (wanted + wanted / 2).max(24).min(most);
     loop {
         space.expand(operator)?;
-        watch.proceed((space.applied as f64 / (2.5 * wanted as f64)).min(0.95))?;
+        watch.proceed(space.progress(wanted))?;
         if space.applied < next_check {
             continue;
         }
+        watch.proceed(space.progress(wanted))?;
         if let Some(pairs) = space.ritz_pairs(k, wanted)? {
             return Ok(Some(pairs));
         }
@@ -183,6 +186,11 @@ impl KrylovSpace {
         };
         space.append(Mat::zeros(rows, block));
         space
+    }
+
+    /// A guess: about 2.5 vectors are needed for a pair.
+    fn progress(&self, wanted: usize) -> f64 {
+        (self.applied as f64 / (2.5 * wanted as f64)).min(0.95)
     }
 
     fn width(&self) -> usize {

@@ -36,7 +36,7 @@ impl SparseCholesky {
         let indptr = matrix.proper_indptr();
         let view = view(matrix, &indptr);
         let symbolic = symbolic(view.symbolic())?;
-        let mut values = vec![0.0; symbolic.len_val()];
+        let mut values = zeros(symbolic.len_val())?;
         let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(scratch).map_err(|_| FactorisationError::OutOfMemory)?;
         symbolic
@@ -75,7 +75,7 @@ pub fn negative_eigenvalues(matrix: &CsMat<f64>) -> Result<usize, FactorisationE
     let indptr = matrix.proper_indptr();
     let view = view(matrix, &indptr);
     let symbolic = symbolic(view.symbolic())?;
-    let mut values = vec![0.0; symbolic.len_val()];
+    let mut values = zeros(symbolic.len_val())?;
     let scratch = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
     let mut memory = MemBuffer::try_new(scratch).map_err(|_| FactorisationError::OutOfMemory)?;
     symbolic
@@ -106,6 +106,14 @@ pub fn negative_eigenvalues(matrix: &CsMat<f64>) -> Result<usize, FactorisationE
         }
     }
     Ok(negative)
+}
+
+/// Room for a factor, asked for rather than taken: it is the largest single piece of memory of all.
+fn zeros(len: usize) -> Result<Vec<f64>, FactorisationError> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(len).map_err(|_| FactorisationError::OutOfMemory)?;
+    values.resize(len, 0.0);
+    Ok(values)
 }
 
 /// A symmetric matrix is its own transpose: rows stored one after the other serve as columns.

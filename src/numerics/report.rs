@@ -14,7 +14,7 @@ pub enum Stopped {
 pub struct Report {
     /// Iterations carried out; 0 for a direct solution.
     pub iterations: usize,
-    /// The objective at the start and after every iteration: `iterations + 1` values.
+    /// The objective at the start and after every iteration; of a direct solution at the start and at its end.
     pub history: Vec<f64>,
     pub stopped: Stopped,
 }

@@ -7,9 +7,10 @@ use super::regions::Correspondence;
 use super::request::{Columns, SpectralScale};
 use super::settings::Descriptors;
 use crate::descriptors::projection::{RegionProjection, projections};
-use crate::descriptors::{heat_kernel, wave_kernel};
+use crate::descriptors::{first_positive, heat_kernel, wave_kernel};
 use crate::functional_map::MapError;
 use crate::functional_map::problem::Problem;
+use crate::numerics::Watch;
 use crate::spectral::Spectrum;
 
 /// Times at which the heat of a landmark is compared.
@@ -31,10 +32,11 @@ pub(super) fn spectral_scale(
     }
 }
 
-/// exp(mean of log λ_sketch − log λ_mesh) over the pairs from the second on.
+/// exp(mean of log λ_sketch − log λ_mesh) over the common pairs where neither is the zero of the constant function.
 fn fitted_scale(sketch: &[f64], mesh: &[f64]) -> f64 {
-    let ratios: Vec<f64> =
-        sketch.iter().zip(mesh).filter(|(s, m)| **s > 0.0 && **m > 0.0).map(|(s, m)| (s / m).ln()).collect();
+    let (Some(least_sketch), Some(least_mesh)) = (first_positive(sketch), first_positive(mesh)) else { return 1.0 };
+    let positive = |(s, m): &(&f64, &f64)| **s >= least_sketch && **m >= least_mesh;
+    let ratios: Vec<f64> = sketch.iter().zip(mesh).filter(positive).map(|(s, m)| (s / m).ln()).collect();
     if ratios.is_empty() { 1.0 } else { (ratios.iter().sum::<f64>() / ratios.len() as f64).exp() }
 }
 
@@ -46,19 +48,23 @@ pub(super) fn problem(
     scaled: &[f64],
     regions: &Correspondence,
     landmarks: &[[usize; 2]],
+    watch: &dyn Watch,
 ) -> Result<Problem, MapError> {
-    let common = &sketch.eigenvalues;
+    let common = sketch.eigenvalues.as_slice();
     let times = match descriptors.hks.times {
         Some(range) => heat_kernel::times_between(range, descriptors.hks.count),
         None => heat_kernel::times(common, descriptors.hks.count),
     };
     // Heat is compared at the same times, waves at energies of the same rank in either spectrum.
+    let ranks = common.len().min(scaled.len());
+    let bands = [common, scaled].map(|eigenvalues| first_positive(&eigenvalues[..ranks]));
+    let waves = if bands.contains(&None) { 0 } else { descriptors.wks.count };
     let filters = |eigenvalues: &[f64]| {
-        let energies = wave_kernel::energies(eigenvalues, descriptors.wks.count, descriptors.wks.variance);
+        let energies = wave_kernel::energies(&eigenvalues[..ranks], waves, descriptors.wks.variance);
         [heat_kernel::filters(eigenvalues, &times), wave_kernel::filters(eigenvalues, &energies)]
     };
     let (sketch_filters, mesh_filters) = (filters(common), filters(scaled));
-    let (on_sketch, on_mesh) = (projections(sketch, &regions.sketch), projections(mesh, &regions.mesh));
+    let (on_sketch, on_mesh) = (projections(sketch, &regions.sketch, watch)?, projections(mesh, &regions.mesh, watch)?);
 
     let mut problem = Problem::unconstrained(mesh.len(), sketch.len());
     let mut constrain = |a: Mat<f64>, b: Mat<f64>| match descriptors.columns {
@@ -90,7 +96,7 @@ pub(super) fn problem(
 /// Every column to Euclidean norm 1; a column of zeros stays.
 fn unit_columns(matrix: Mat<f64>) -> Mat<f64> {
     let norms: Vec<f64> = (0..matrix.ncols()).map(|j| norm(matrix.as_ref(), j)).collect();
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| if norms[j] > 0.0 { matrix[(i, j)] / norms[j] } else { 0.0 })
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| if norms[j] == 0.0 { 0.0 } else { matrix[(i, j)] / norms[j] })
 }
 
 fn norm(matrix: MatRef<'_, f64>, column: usize) -> f64 {

@@ -75,7 +75,7 @@ pub enum MatchError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// The shapes cannot be matched as asked.
-    #[error("the match cannot be carried out as asked")]
+    #[error("the match cannot be carried out as asked: {}", listed(.0))]
     Faults(Vec<Fault>),
     #[error("the eigenfunctions of the {shape} cannot be computed: {error}")]
     Spectrum { shape: &'static str, error: SpectralError },
@@ -83,6 +83,11 @@ pub enum MatchError {
     Map(MapError),
     #[error(transparent)]
     Refinement(IcpError),
+}
+
+fn listed(faults: &[Fault]) -> String {
+    let faults: Vec<String> = faults.iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
+    faults.join("; ")
 }
 
 impl MatchError {

@@ -50,8 +50,8 @@ pub fn run(
         let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
         regions::Correspondence::find(settings, flat, solid, &component, &scaled, watch)
     })?;
-    let problem = stages.run(Stage::Descriptors, |_| {
-        problem(&settings.descriptors, [&phi, &psi], &scaled, &regions, &landmarks).map_err(MatchError::from)
+    let problem = stages.run(Stage::Descriptors, |watch| {
+        problem(&settings.descriptors, [&phi, &psi], &scaled, &regions, &landmarks, watch).map_err(MatchError::from)
     })?;
     let (start, w, solution) = stages.run(Stage::Map, |watch| {
         let start = least_squares(&problem)?;
@@ -95,10 +95,10 @@ fn spectra(
     let (k, l) = upsampled(settings);
     let boundary = settings.basis.boundary;
     let source = surroundings.spectra;
-    let of_sketch = source.spectrum(sketch.mesh(), k, boundary, watch);
-    let of_mesh = |_: &_| source.spectrum(&component.mesh, l, boundary, watch);
-    let phi = of_sketch.map_err(|error| MatchError::of_spectrum("sketch", error))?;
-    let psi = of_mesh(&phi).map_err(|error| MatchError::of_spectrum("mesh", error))?;
+    let phi = source.spectrum(sketch.mesh(), k, boundary, watch);
+    let phi = phi.map_err(|error| MatchError::of_spectrum("sketch", error))?;
+    let psi = source.spectrum(&component.mesh, l, boundary, watch);
+    let psi = psi.map_err(|error| MatchError::of_spectrum("mesh", error))?;
     Ok([phi, psi])
 }
 

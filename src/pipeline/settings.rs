@@ -9,7 +9,7 @@ use super::request::{
 };
 use crate::functional_map::regulariser::{self, Regulariser};
 use crate::functional_map::weights::{self, Weights};
-use crate::regions::MAX_REGIONS;
+use crate::regions::{LabelOutOfRange, MAX_REGIONS};
 use crate::spectral::Boundary;
 
 /// The most eigenfunctions of a basis.
@@ -144,9 +144,9 @@ impl Settings {
         let Descriptors { hks, wks, .. } = &self.descriptors;
         faults.range("/descriptors/hks/count", hks.count, 0, MAX_COMPONENTS);
         if let Some([first, last]) = hks.times
-            && !(first > 0.0 && first <= last && last.is_finite())
+            && !(first >= 1e-12 && first <= last && last <= 1e12)
         {
-            faults.add("/descriptors/hks/times", "must be two positive times in ascending order");
+            faults.add("/descriptors/hks/times", "must be two times in ascending order, from 1e-12 to 1e12");
         }
         faults.range("/descriptors/wks/count", wks.count, 0, MAX_COMPONENTS);
         if !(wks.variance > 0.0 && wks.variance <= 1e6) {
@@ -170,7 +170,14 @@ impl Settings {
                     faults.add("/refinement", "icp needs a square C: basis.k and basis.k_mesh must be equal");
                 }
             }
-            Refinement::Zoomout { k } => faults.range("/refinement/k", k, self.basis.k.min(MAX_BASIS), MAX_BASIS),
+            Refinement::Zoomout { k } => {
+                faults.range("/refinement/k", k, self.basis.k.min(MAX_BASIS), MAX_BASIS);
+                let (_, l) = upsampled(self);
+                if l > MAX_BASIS {
+                    let detail = format!("asks for {l} eigenfunctions of the mesh, the most are {MAX_BASIS}");
+                    faults.add("/refinement/k", detail);
+                }
+            }
         }
         faults.0
     }
@@ -179,12 +186,13 @@ impl Settings {
         match &self.regions {
             Regions::Auto { count } => faults.range("/regions/count", *count, 1, MAX_REGIONS),
             Regions::Given { sketch, mesh } => {
-                for (name, labels) in [("sketch", sketch), ("mesh", mesh)] {
-                    if let Err(error) = crate::regions::Regions::new(labels.clone()) {
+                let occurring = [("sketch", sketch), ("mesh", mesh)].map(|(name, labels)| {
+                    labels_occurring(labels).unwrap_or_else(|error| {
                         faults.add(format!("/regions/{name}/{}", error.vertex), error.to_string());
-                    }
-                }
-                if sketch.iter().all(|label| *label < 0 || !mesh.contains(label)) {
+                        u64::MAX
+                    })
+                });
+                if occurring[0] & occurring[1] == 0 {
                     faults.add("/regions", "no label occurs on both shapes");
                 }
             }
@@ -247,6 +255,17 @@ pub(super) fn upsampled(settings: &Settings) -> (usize, usize) {
         Refinement::Zoomout { k: last } => (last, (k_mesh * last).div_ceil(k.max(1))),
         _ => (k, k_mesh),
     }
+}
+
+/// The labels that occur, label i as bit i.
+fn labels_occurring(labels: &[i32]) -> Result<u64, LabelOutOfRange> {
+    const NO_REGION: i32 = crate::regions::Regions::NONE;
+    const { assert!(MAX_REGIONS == u64::BITS as usize) };
+    labels.iter().enumerate().try_fold(0, |occurring, (vertex, &label)| match label {
+        NO_REGION => Ok(occurring),
+        0..=63 => Ok(occurring | 1 << label),
+        _ => Err(LabelOutOfRange { vertex, label }),
+    })
 }
 
 /// Faults as they are found.

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -48,11 +49,18 @@ pub(super) struct Stages<'a> {
     surroundings: &'a Surroundings<'a>,
     begun: f64,
     milliseconds: RefCell<BTreeMap<String, f64>>,
+    /// The largest fraction reported, as bits: of numbers that are not negative, the larger has the larger bits.
+    reached: AtomicU64,
 }
 
 impl<'a> Stages<'a> {
     pub fn begin(surroundings: &'a Surroundings<'a>) -> Stages<'a> {
-        Stages { surroundings, begun: (surroundings.clock)(), milliseconds: RefCell::default() }
+        Stages {
+            surroundings,
+            begun: (surroundings.clock)(),
+            milliseconds: RefCell::default(),
+            reached: AtomicU64::new(0),
+        }
     }
 
     /// Runs a stage, which reports its own progress to the watch it is handed.
@@ -61,7 +69,7 @@ impl<'a> Stages<'a> {
         stage: Stage,
         work: impl FnOnce(&dyn Watch) -> Result<T, E>,
     ) -> Result<T, E> {
-        let watch = StageWatch { watcher: self.surroundings.watcher, stage };
+        let watch = StageWatch { watcher: self.surroundings.watcher, stage, reached: &self.reached };
         watch.proceed(0.0)?;
         let begun = (self.surroundings.clock)();
         let result = work(&watch)?;
@@ -82,11 +90,15 @@ impl<'a> Stages<'a> {
 struct StageWatch<'a> {
     watcher: &'a dyn Watcher,
     stage: Stage,
+    reached: &'a AtomicU64,
 }
 
 impl Watch for StageWatch<'_> {
     fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
         let [begin, end] = self.stage.span();
-        self.watcher.proceed(self.stage, begin + (end - begin) * fraction)
+        let fraction = begin + (end - begin) * fraction.clamp(0.0, 1.0);
+        // A stage of several parts counts each from 0; what was reached stays.
+        let reached = self.reached.fetch_max(fraction.to_bits(), Ordering::Relaxed);
+        self.watcher.proceed(self.stage, fraction.max(f64::from_bits(reached)))
     }
 }

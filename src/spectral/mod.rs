@@ -13,7 +13,18 @@ use crate::numerics::block_lanczos::{self, EigenError, Eigenpairs};
 use laplacian::Lumping;
 
 /// Raised with every change that alters a spectrum: part of the key under which spectra are cached.
-pub const SOLVER_VERSION: u32 = 1;
+pub const SOLVER_VERSION: u32 = 2;
+
+/// The numbers of eigenpairs that are computed, whatever fewer are asked for.
+///
+/// Within a repeated eigenvalue the eigenfunctions depend on how many pairs are sought, so that a match would depend on
+/// what happens to be cached if every number were.
+pub const RUNGS: [usize; 6] = [20, 60, 100, 150, 250, 500];
+
+/// The number of eigenpairs that are computed where k are asked for: the next rung, or k above the last.
+pub fn rung(k: usize) -> usize {
+    RUNGS.into_iter().find(|&rung| rung >= k).unwrap_or(k)
+}
 
 /// What an eigenfunction does at the boundary of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
@@ -40,7 +51,7 @@ pub enum SpectralError {
 /// mass, in ascending order of λ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// k values in units of 1/length², ascending; the first is 0 under Neumann conditions.
+    /// k values in units of 1/length², ascending; the first is 0 where no vertex is fixed.
     pub eigenvalues: Vec<f64>,
     /// n × k, Φᵀ A Φ = I; under Dirichlet conditions the rows of boundary vertices are zero. The sign of a column makes
     /// its entry of largest magnitude positive (the first of equals).
@@ -80,7 +91,8 @@ impl Spectrum {
     }
 }
 
-/// The first k eigenpairs of a connected mesh whose every vertex has a triangle, with mixed lumping.
+/// The first [`rung`]`(k)` eigenpairs of a connected mesh whose every vertex has a triangle, or all there are, with mixed
+/// lumping.
 ///
 /// # Errors
 /// [`SpectralError`]: k is larger than the number of free vertices, a triangle is so thin that the operator is singular
@@ -91,10 +103,14 @@ pub fn spectrum(
     boundary: Boundary,
     watch: &dyn Watch,
 ) -> Result<Spectrum, SpectralError> {
-    spectrum_with(mesh, Lumping::Mixed, k, boundary, watch)
+    let most = free_vertices(mesh, boundary).len();
+    if k > most {
+        return Err(SpectralError::TooMany { k, most });
+    }
+    spectrum_with(mesh, Lumping::Mixed, rung(k).min(most), boundary, watch)
 }
 
-/// [`spectrum`] with the lumping as told.
+/// Exactly the first k eigenpairs, with the lumping as told.
 ///
 /// # Errors
 /// As [`spectrum`].
@@ -122,8 +138,8 @@ pub fn spectrum_with(
         eigenfunctions: scattered(&pairs, &free, mass.len(), 1.0 / area.sqrt()),
         mass,
     };
-    if boundary == Boundary::Neumann && k > 0 {
-        // Known exactly: the constants are the kernel of S on a connected mesh.
+    if k > 0 && free.len() == spectrum.mass.len() {
+        // Known exactly: where nothing is fixed, the constants are the kernel of S on a connected mesh.
         spectrum.eigenvalues[0] = 0.0;
         spectrum.eigenfunctions.col_mut(0).fill(1.0 / area.sqrt());
     }
