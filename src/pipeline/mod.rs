@@ -21,7 +21,7 @@ use crate::spectral::{Boundary, SpectralError, Spectrum};
 
 pub use run::run;
 pub use settings::{Settings, check};
-pub use stages::Stage;
+pub use stages::{Stage, TOTAL};
 
 /// What a match needs of the world outside.
 pub struct Surroundings<'a> {
