@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::largest_component;
 use outline::{Drawing, Figure};
 pub use refusal::{Fault, Refusal, Warning, WarningCode};
 
@@ -98,7 +99,7 @@ impl Sketch {
         if let Some(triangle) = mesh.triangles().iter().position(|&t| doubled_area(&mesh, t) <= 0.0) {
             return Err(Refusal::plain(format!("triangle {triangle} is not counter-clockwise")));
         }
-        if !is_connected(&mesh) {
+        if largest_component(&mesh).vertices.len() < mesh.positions().len() {
             return Err(Refusal::plain("the sketch is not one connected figure"));
         }
         Ok(Self { mesh, y_axis })
@@ -222,27 +223,5 @@ fn doubled_area(mesh: &TriangleMesh, triangle: [u32; 3]) -> f64 {
     ring::cross(ring::difference(b, a), ring::difference(c, a))
 }
 
-/// Whether the triangles join all vertices.
-fn is_connected(mesh: &TriangleMesh) -> bool {
-    let mut parent: Vec<usize> = (0..mesh.positions().len()).collect();
-    let mut components = parent.len();
-    for &[a, b, c] in mesh.triangles() {
-        for (u, v) in [(a, b), (b, c)] {
-            let [u, v] = [u, v].map(|vertex| root(&mut parent, vertex as usize));
-            if u != v {
-                parent[u] = v;
-                components -= 1;
-            }
-        }
-    }
-    components == 1
-}
-
-/// The representative of a vertex's component, halving the path to it.
-fn root(parent: &mut [usize], mut vertex: usize) -> usize {
-    while parent[vertex] != vertex {
-        parent[vertex] = parent[parent[vertex]];
-        vertex = parent[vertex];
-    }
-    vertex
-}
+#[cfg(test)]
+mod tests;
