@@ -10,15 +10,6 @@ const CORRECTION: f64 = 1e-9;
 /// Corrections per vertex after which the front is stopped. Well-shaped meshes need none, meshes of needles about five.
 const PATIENCE: usize = 64;
 
-/// The geodesic distance of every vertex from the nearest source, infinite where no source reaches: one march of
-/// [`Marching`].
-///
-/// # Panics
-/// Where a source is not a vertex of the mesh.
-pub fn distances(mesh: &TriangleMesh, sources: &[u32]) -> Vec<f64> {
-    Marching::new(mesh).distances(sources)
-}
-
 /// A mesh prepared for fast marching from any number of sources [KS98].
 ///
 /// The front passes a triangle as the circle around a point source unfolded into the triangle's plane [NK02], which is

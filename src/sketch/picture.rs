@@ -8,7 +8,7 @@ use super::contour::{self, Field};
 use super::outline::Drawing;
 use super::refusal::{Refusal, Warning, WarningCode};
 use super::ring::signed_area;
-use super::simplification::simplified;
+use super::simplification::{looks, simplified};
 use super::{Config, TINY_HOLE};
 
 /// Memory a decoder may take beside its output.
@@ -48,7 +48,7 @@ pub(super) fn drawing(bytes: &[u8], config: &Config) -> Result<(Drawing, Vec<War
     };
     let mut warnings = figure.warnings(&field);
     warnings.extend(fill_tiny_holes(&mut rings));
-    let mut rings = simplified(&rings, PIXEL_NOISE).into_iter();
+    let mut rings = simplified(&rings, PIXEL_NOISE, &mut looks(&rings)).into_iter();
     let outline = rings.next().unwrap_or_default();
     Ok((Drawing { outline, holes: rings.collect() }, warnings))
 }

@@ -5,26 +5,31 @@ use std::collections::BinaryHeap;
 
 use super::ring::{cross, difference};
 
-/// Tests whether a point lies in a triangle, per point of the drawing; more are only needed by drawings made to need
-/// them, which then stay less simple than asked.
-const TESTS_PER_POINT: usize = 1000;
+/// Looks at a point or at a row of cells, per point of a drawing, for all its simplifications together; more are only
+/// needed by drawings made to need them, which then stay less simple than asked.
+const LOOKS_PER_POINT: usize = 1000;
+
+/// Most looks that simplifications of a drawing may take together.
+pub(super) fn looks(rings: &[Vec<[f64; 2]>]) -> usize {
+    LOOKS_PER_POINT * rings.iter().map(Vec::len).sum::<usize>()
+}
 
 /// The rings after removing, smallest first, every corner whose triangle with its neighbours is smaller than `area`
 /// [VW93]. A corner stays while another point lies in its triangle, so that rings that met nowhere still meet nowhere
-/// and are nested as before; every ring keeps at least three points.
-pub(super) fn simplified(rings: &[Vec<[f64; 2]>], area: f64) -> Vec<Vec<[f64; 2]>> {
+/// and are nested as before; every ring keeps at least three points. Each look is taken off `looks`; without
+/// any left, corners stay.
+pub(super) fn simplified(rings: &[Vec<[f64; 2]>], area: f64, looks: &mut usize) -> Vec<Vec<[f64; 2]>> {
     let mut outline = Outline::new(rings);
     let mut queue: BinaryHeap<Reverse<Entry>> = BinaryHeap::new();
     for point in 0..outline.points.len() {
         queue.extend(outline.entry(point, area).map(Reverse));
     }
-    let mut tests = TESTS_PER_POINT * outline.points.len();
     while let Some(Reverse(entry)) = queue.pop() {
         let point = entry.point;
         if outline.version[point] != entry.version || outline.remaining[outline.ring[point]] <= 3 {
             continue;
         }
-        if outline.is_blocked(point, &mut tests) {
+        if outline.is_blocked(point, looks) {
             continue;
         }
         for neighbour in outline.remove(point) {
@@ -96,14 +101,16 @@ impl Outline {
     }
 
     /// Whether another point lies in the corner's triangle, its sides included, or too many were asked about already.
-    fn is_blocked(&self, point: usize, tests: &mut usize) -> bool {
+    fn is_blocked(&self, point: usize, looks: &mut usize) -> bool {
         let corners = self.triangle(point);
         let triangle = corners.map(|i| self.points[i]);
-        self.grid.any_in(triangle, |candidate| {
-            *tests = tests.saturating_sub(1);
-            let other = self.version[candidate] != GONE && !corners.contains(&candidate);
-            *tests == 0 || other && contains(triangle, self.points[candidate])
-        })
+        *looks = looks.saturating_sub(self.grid.rows(triangle).count());
+        *looks == 0
+            || self.grid.any_in(triangle, |candidate| {
+                *looks = looks.saturating_sub(1);
+                let other = self.version[candidate] != GONE && !corners.contains(&candidate);
+                *looks == 0 || other && contains(triangle, self.points[candidate])
+            })
     }
 
     /// Takes a point out and returns its former neighbours.
@@ -176,11 +183,15 @@ impl Grid {
         (cells as usize).min(self.side - 1)
     }
 
+    /// The rows of cells that a triangle reaches.
+    fn rows(&self, triangle: [[f64; 2]; 3]) -> std::ops::RangeInclusive<usize> {
+        let ys = triangle.map(|p| p[1]);
+        self.row(ys[0].min(ys[1]).min(ys[2]))..=self.row(ys[0].max(ys[1]).max(ys[2]))
+    }
+
     /// Whether `holds` for any point in the cells the triangle reaches, row by row.
     fn any_in(&self, triangle: [[f64; 2]; 3], mut holds: impl FnMut(usize) -> bool) -> bool {
-        let ys = triangle.map(|p| p[1]);
-        let rows = self.row(ys[0].min(ys[1]).min(ys[2]))..=self.row(ys[0].max(ys[1]).max(ys[2]));
-        rows.into_iter().any(|row| {
+        self.rows(triangle).any(|row| {
             let Some([left, right]) = self.reach(triangle, row) else { return false };
             let first = row * self.side + self.column(left);
             let last = row * self.side + self.column(right);
@@ -227,14 +238,14 @@ mod tests {
     #[test]
     fn a_circle_loses_points_but_hardly_area() {
         let fine = circle(10_000, 0.5);
-        let coarse = &simplified(std::slice::from_ref(&fine), 1e-6)[0];
+        let coarse = &simplified(std::slice::from_ref(&fine), 1e-6, &mut 10_000_000)[0];
         assert!(coarse.len() < 400, "{}", coarse.len());
         assert!((signed_area(coarse) / signed_area(&fine) - 1.0).abs() < 1e-3);
     }
 
     #[test]
     fn every_ring_keeps_three_points() {
-        let rings = simplified(&[circle(50, 0.5), circle(20, 0.1)], 10.0);
+        let rings = simplified(&[circle(50, 0.5), circle(20, 0.1)], 10.0, &mut 100_000);
         assert!(rings.iter().all(|ring| ring.len() >= 3));
     }
 
@@ -243,9 +254,19 @@ mod tests {
         // The corner (0.3, 0.3) must stay: its triangle holds the whole small ring.
         let outer = vec![[0.0, 0.0], [0.4, 0.0], [0.3, 0.3], [0.0, 0.4]];
         let inner = vec![[0.27, 0.27], [0.28, 0.27], [0.27, 0.28]];
-        let rings = simplified(&[outer.clone(), inner], 0.06);
+        let rings = simplified(&[outer.clone(), inner], 0.06, &mut 1000);
         assert!(rings[0].contains(&[0.3, 0.3]));
         assert_eq!(Arrangement::new(&rings, 1).ok().unwrap().depths(), [0, 1]);
+    }
+
+    #[test]
+    fn without_looks_every_corner_stays() {
+        let rings = [circle(1000, 0.5)];
+        let mut looks = 0;
+        assert_eq!(simplified(&rings, 1e-3, &mut looks), rings);
+        looks = 500;
+        let points = simplified(&rings, 1e-3, &mut looks)[0].len();
+        assert!(looks == 0 && points > 500 && points < 1000, "{points}");
     }
 
     proptest! {
@@ -255,7 +276,7 @@ mod tests {
             let n = radii.len();
             let star: Vec<[f64; 2]> = circle(n, 1.0).iter().zip(&radii).map(|(p, r)| [p[0] * r, p[1] * r]).collect();
             let hole = circle(12, 0.1);
-            let rings = simplified(&[star, hole], area);
+            let rings = simplified(&[star, hole], area, &mut 1_000_000);
             let arrangement = Arrangement::new(&rings, 1);
             prop_assert!(arrangement.is_ok());
             prop_assert_eq!(arrangement.ok().unwrap().depths(), vec![0, 1]);

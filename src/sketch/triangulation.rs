@@ -7,7 +7,7 @@ use spade::{AngleLimit, RefinementParameters, Triangulation};
 use super::arrangement::{Arrangement, Cdt};
 use super::refusal::{Refusal, Warning, WarningCode};
 use super::ring::signed_area;
-use super::simplification::simplified;
+use super::simplification::{looks, simplified};
 
 /// A triangulated figure in the plane, triangles counter-clockwise, every point in one of them.
 pub(super) struct Flat {
@@ -60,12 +60,19 @@ const MAX_TRIES: usize = 16;
 pub(super) fn triangulated(rings: &[Vec<[f64; 2]>], target: usize) -> Result<(Flat, Vec<Warning>), Refusal> {
     let area = area(rings);
     let edge_squared = wanted_edge_squared(area, perimeter(rings), target);
+    let most_coarse = (OUTLINE_SHARE * target as f64) as usize;
+    let mut looks = looks(rings);
+    let mut simple = rings.to_vec();
     for level in &LEVELS {
-        let simple = simplified(rings, level.detail * edge_squared);
+        simple = simplified(&simple, level.detail * edge_squared, &mut looks);
+        // Refinement adds points and takes none.
+        if simple.iter().map(Vec::len).sum::<usize>() > most_coarse {
+            continue;
+        }
         let Ok(arrangement) = Arrangement::new(&simple, 1) else { continue };
         let refinement = Refinement { cdt: &arrangement.cdt, angle: level.angle, target };
         let Some(coarsest) = refinement.with_max_area(f64::INFINITY) else { continue };
-        if coarsest.points.len() as f64 <= OUTLINE_SHARE * target as f64 {
+        if coarsest.points.len() <= most_coarse {
             return Ok((refinement.with_target_count(coarsest, area), level.warnings()));
         }
     }

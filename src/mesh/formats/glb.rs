@@ -7,8 +7,8 @@ use gltf::buffer::Source;
 use gltf::mesh::Mode;
 use gltf::{Document, Glb, Node, Primitive, Semantic};
 
-use super::Polygons;
 use super::weld::Weld;
+use super::{Polygons, admit};
 use crate::mesh::refusal::{Place, Refusal};
 
 const MAGIC: &[u8] = b"glTF";
@@ -32,7 +32,7 @@ pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal
     let (document, data) = open(bytes)?;
     let scene =
         document.default_scene().or_else(|| document.scenes().next()).ok_or_else(|| refusal("it has no scene"))?;
-    let mut read = Read { polygons, weld: Weld::default(), firsts: Vec::new(), data: &data };
+    let mut read = Read { polygons, weld: Weld::default(), firsts: Vec::new(), primitives: 0, indices: 0, data: &data };
     let mut visited = vec![false; document.nodes().len()];
     let mut pending: Vec<(Node, Matrix)> = scene.nodes().map(|node| (node, IDENTITY)).collect();
     pending.reverse();
@@ -96,11 +96,16 @@ struct Read<'a> {
     weld: Weld,
     /// Per vertex the first one at the same point.
     firsts: Vec<u32>,
+    /// Primitives and indices gone through so far, once for every node that shows them.
+    primitives: usize,
+    indices: usize,
     data: &'a [u8],
 }
 
 impl Read<'_> {
     fn primitive(&mut self, primitive: &Primitive, transform: Matrix, place: &str) -> Result<(), Refusal> {
+        self.primitives += 1;
+        admit("primitives", self.primitives, self.polygons.limits.triangles)?;
         let triangles = match primitive.mode() {
             Mode::Triangles => triangles_of_list,
             Mode::TriangleStrip => triangles_of_strip,
@@ -151,12 +156,13 @@ impl Read<'_> {
         Ok(())
     }
 
-    fn indices(&self, accessor: &Accessor, here: &impl Fn(String) -> Refusal) -> Result<Vec<u32>, Refusal> {
+    fn indices(&mut self, accessor: &Accessor, here: &impl Fn(String) -> Refusal) -> Result<Vec<u32>, Refusal> {
         if accessor.dimensions() != Dimensions::Scalar {
             return Err(here("its indices are not scalars".into()));
         }
-        // Strips and fans have the fewest indices for their triangles, lists three for each.
-        self.polygons.limits.admit_triangles(accessor.count() / 3)?;
+        // Those of triangles that are left out count too: lists have the most indices for their triangles, three each.
+        self.indices = self.indices.saturating_add(accessor.count());
+        admit("indices", self.indices, self.polygons.limits.triangles.saturating_mul(3))?;
         let index = |element: &[u8]| match *element {
             [a] => u32::from(a),
             [a, b] => u32::from(u16::from_le_bytes([a, b])),
@@ -339,6 +345,23 @@ mod tests {
         assert!(reread(&hostile, &data).is_err());
         let (json, data) = square(4, &[0, 1, 9], json!([{"mesh": 0}]));
         assert!(reread(&json, &data).unwrap_err().to_string().contains("index 9 is out of range"));
+    }
+
+    #[test]
+    fn counts_what_every_node_goes_through() {
+        let limits = Limits { triangles: 10, ..Limits::default() };
+        let shown = |mode: u8, indices: &[u16], times: usize| {
+            let (mut json, data) = square(mode, indices, json!(vec![json!({"mesh": 0}); times]));
+            json["scenes"] = json!([{"nodes": (0..times).collect::<Vec<_>>()}]);
+            read(&glb(&json, &data), Format::Glb, &limits).map(|polygons| polygons.faces().len())
+        };
+        let too_large = |unit, found, limit| Err(Refusal::TooLarge { unit, found, limit });
+        // Strips of degenerate triangles, which make no face.
+        assert_eq!(shown(5, &[0; 5], 6), Ok(0));
+        assert_eq!(shown(5, &[0; 6], 6), too_large("indices", 36, 30));
+        // Points, which are left out.
+        assert_eq!(shown(0, &[0], 10), Ok(0));
+        assert_eq!(shown(0, &[0], 11), too_large("primitives", 11, 10));
     }
 
     #[test]

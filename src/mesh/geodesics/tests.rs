@@ -45,6 +45,10 @@ fn sphere(rows: usize, columns: usize) -> TriangleMesh {
     TriangleMesh::new(positions, triangles).unwrap()
 }
 
+fn distances(mesh: &TriangleMesh, sources: &[u32]) -> Vec<f64> {
+    Marching::new(mesh).distances(sources)
+}
+
 /// The lengths of the shortest paths along edges, by relaxing all of them until nothing changes.
 fn along_edges(mesh: &TriangleMesh, sources: &[u32]) -> Vec<f64> {
     let mut distances = vec![f64::INFINITY; mesh.positions().len()];

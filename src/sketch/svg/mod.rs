@@ -1,5 +1,6 @@
 //! The largest figure of an SVG document.
 
+mod crossings;
 mod nesting;
 mod shape;
 mod view;
@@ -94,13 +95,20 @@ fn ignored(document: &Document) -> Option<Warning> {
 }
 
 /// Contours whose non-zero union is the figures.
+///
+/// # Errors
+/// Nothing is shown; all strokes are open; lines cross more often than the union is worth.
 fn figures(shapes: &[Shape], view: &View, warnings: &mut Vec<Warning>) -> Result<Rings, Refusal> {
+    crossings::check(shapes.iter().flat_map(Shape::filled_lines))?;
     let filled = shapes.iter().filter_map(Shape::filled);
     let (paper, inked): (Vec<_>, Vec<_>) = filled.partition(|areas| covers(areas, view));
     let strokes: Vec<&Subpath> = shapes.iter().filter(|shape| shape.is_stroked).flat_map(|s| &s.subpaths).collect();
     let strokes = if inked.is_empty() { enclosed(&strokes, warnings) } else { Ok(Vec::new()) };
     let contours: Rings = match strokes {
-        Ok(strokes) if inked.is_empty() && !strokes.is_empty() => strokes,
+        Ok(strokes) if inked.is_empty() && !strokes.is_empty() => {
+            crossings::check(strokes.iter().map(Vec::as_slice))?;
+            strokes
+        }
         _ if !inked.is_empty() => inked.into_iter().flatten().flatten().collect(),
         _ if !paper.is_empty() => return Ok(paper.into_iter().flatten().flatten().collect()),
         Err(refusal) => return Err(refusal),

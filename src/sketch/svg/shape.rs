@@ -36,21 +36,20 @@ pub(super) struct Subpath {
 /// When they have more than `max_points` points together.
 pub(super) fn shapes(tree: &usvg::Tree, view: &View, max_points: usize) -> Result<Vec<Shape>, Refusal> {
     let mut shapes = Vec::new();
-    let mut points = 0;
+    let mut left = max_points;
     let mut groups: Vec<&Group> = vec![tree.root()];
     while let Some(group) = groups.pop() {
         for node in group.children() {
             match node {
                 Node::Group(group) => groups.push(group),
                 Node::Path(path) if path.is_visible() => {
-                    let shape = Shape::of(path, view);
-                    points += shape.subpaths.iter().map(|subpath| subpath.points.len()).sum::<usize>();
+                    let shape = Shape::of(path, view, left).ok_or_else(|| {
+                        Refusal::plain(format!("the curves of the SVG need more than {max_points} points"))
+                    })?;
+                    left -= shape.subpaths.iter().map(|subpath| subpath.points.len()).sum::<usize>();
                     shapes.push(shape);
                 }
                 _ => {}
-            }
-            if points > max_points {
-                return Err(Refusal::plain(format!("the curves of the SVG need more than {max_points} points")));
             }
         }
     }
@@ -58,17 +57,23 @@ pub(super) fn shapes(tree: &usvg::Tree, view: &View, max_points: usize) -> Resul
 }
 
 impl Shape {
-    fn of(path: &usvg::Path, view: &View) -> Self {
+    /// The path in lines; none where they have more than `max_points` points.
+    fn of(path: &usvg::Path, view: &View, max_points: usize) -> Option<Self> {
         let bounds = path.abs_bounding_box();
         let tolerance = FLATNESS * view.length(f64::from(bounds.width().max(bounds.height())));
-        let mut pen = Pen { transform: path.abs_transform(), view, tolerance, subpaths: Vec::new() };
-        path.data().segments().for_each(|segment| pen.draw(segment));
+        let mut pen = Pen { transform: path.abs_transform(), view, tolerance, left: max_points, subpaths: Vec::new() };
+        path.data().segments().try_for_each(|segment| pen.draw(segment))?;
         let fill = path.fill().filter(|fill| fill.opacity().get() > 0.0).map(|fill| match fill.rule() {
             usvg::FillRule::NonZero => FillRule::NonZero,
             usvg::FillRule::EvenOdd => FillRule::EvenOdd,
         });
         let is_stroked = path.stroke().is_some_and(|stroke| stroke.opacity().get() > 0.0);
-        Self { subpaths: pen.subpaths, fill, is_stroked }
+        Some(Self { subpaths: pen.subpaths, fill, is_stroked })
+    }
+
+    /// The lines that bound what is filled; none where it is not.
+    pub fn filled_lines(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        self.subpaths.iter().filter(|_| self.fill.is_some()).map(|subpath| subpath.points.as_slice())
     }
 
     /// The figures that the fill covers; none where it is not filled or covers nothing.
@@ -94,16 +99,18 @@ impl Subpath {
     }
 }
 
-/// Follows the segments of a path.
+/// Follows the segments of a path until its points are used up.
 struct Pen<'a> {
     transform: Transform,
     view: &'a View,
     tolerance: f64,
+    /// Points that may still be set.
+    left: usize,
     subpaths: Vec<Subpath>,
 }
 
 impl Pen<'_> {
-    fn draw(&mut self, segment: PathSegment) {
+    fn draw(&mut self, segment: PathSegment) -> Option<()> {
         match segment {
             PathSegment::MoveTo(p) => self.move_to(self.user(p)),
             PathSegment::LineTo(p) => self.curve_to(&[self.user(p)]),
@@ -113,6 +120,7 @@ impl Pen<'_> {
                 if let Some(subpath) = self.subpaths.last_mut() {
                     subpath.is_closed = true;
                 }
+                Some(())
             }
         }
     }
@@ -122,14 +130,17 @@ impl Pen<'_> {
         self.view.user(point)
     }
 
-    fn move_to(&mut self, point: [f64; 2]) {
+    fn move_to(&mut self, point: [f64; 2]) -> Option<()> {
+        self.left = self.left.checked_sub(1)?;
         self.subpaths.push(Subpath { points: vec![point], is_closed: false });
+        Some(())
     }
 
     /// A line or Bézier curve from the present point, in lines that stay within the tolerance of it.
-    fn curve_to(&mut self, controls: &[[f64; 2]]) {
-        let Some(subpath) = self.subpaths.last_mut() else { return };
-        let Some(&start) = subpath.points.last() else { return };
+    fn curve_to(&mut self, controls: &[[f64; 2]]) -> Option<()> {
+        // A path starts with a move: there is always a point.
+        let subpath = self.subpaths.last_mut()?;
+        let &start = subpath.points.last()?;
         let polygon: Vec<[f64; 2]> = std::iter::once(start).chain(controls.iter().copied()).collect();
         // Within a step h a curve leaves its chord by at most h²/8 of its second derivative, and that by at most
         // d (d − 1) of the second differences of its d + 1 control points.
@@ -137,7 +148,9 @@ impl Pen<'_> {
         let bend = polygon.windows(3).map(|w| [0, 1].map(|i| w[0][i] - 2.0 * w[1][i] + w[2][i]));
         let bend = bend.map(|[x, y]| x.hypot(y)).fold(0.0, f64::max) * degree * (degree - 1.0);
         let lines = (bend / (8.0 * self.tolerance)).sqrt().ceil().clamp(1.0, MAX_LINES);
+        self.left = self.left.checked_sub(lines as usize)?;
         subpath.points.extend((1..=lines as usize).map(|i| on_curve(&polygon, i as f64 / lines)));
+        Some(())
     }
 }
 

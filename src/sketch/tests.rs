@@ -1,0 +1,44 @@
+use super::*;
+
+/// Two triangles that share an edge, and `more` vertices and triangles.
+fn flat(more: &[[f64; 2]], triangles: &[[u32; 3]]) -> Result<Sketch, Refusal> {
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let positions = square.iter().chain(more).map(|&[x, y]| [x, y, 0.0]).collect();
+    let triangles = [[0, 1, 2], [0, 2, 3]].iter().chain(triangles).copied().collect();
+    Sketch::new(TriangleMesh::new(positions, triangles).unwrap(), YAxis::Up)
+}
+
+#[test]
+fn a_sketch_is_one_figure_of_all_vertices() {
+    assert!(flat(&[], &[]).is_ok());
+    let apart = [[5.0, 0.0], [6.0, 0.0], [5.0, 1.0]];
+    for refused in [flat(&apart[..1], &[]), flat(&apart, &[[4, 5, 6]])] {
+        assert_eq!(refused.unwrap_err().to_string(), "the sketch is not one connected figure");
+    }
+}
+
+fn svg(paths: &[String]) -> Result<Imported, Refusal> {
+    let paths: String = paths.iter().map(|d| format!(r#"<path d="{d}"/>"#)).collect();
+    let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1000 1000">{paths}</svg>"#);
+    from_svg(text.as_bytes(), 100, &Config { max_points: 1000, ..Config::default() })
+}
+
+#[test]
+fn an_svg_whose_lines_cross_too_often_is_refused() {
+    let stroke = |i: usize| format!("{} {} ", i * 617 % 1000, i % 2 * 1000);
+    let zigzag = |strokes: usize| format!("M{}Z", (0..strokes).map(stroke).collect::<String>());
+    assert!(svg(&[zigzag(20)]).is_ok());
+    for paths in [vec![zigzag(1000)], vec![zigzag(100); 10].into_iter().chain([zigzag(900)]).collect()] {
+        let refusal = svg(&paths).unwrap_err();
+        assert!(refusal.to_string().contains("cross or touch more than 100000 times"), "{refusal}");
+        assert!(refusal.faults[0].point.is_some());
+    }
+}
+
+#[test]
+fn curves_of_too_many_points_are_refused() {
+    let curves = |n: usize| format!("M0 0{}Z", "C0 900 900 900 900 0".repeat(n));
+    assert!(svg(&[curves(1)]).is_ok());
+    let refusal = svg(&[curves(1), curves(1000)]).unwrap_err();
+    assert_eq!(refusal.to_string(), "the curves of the SVG need more than 4000 points");
+}
