@@ -10,8 +10,9 @@ use super::{Beat, Job, JobKind, Lease, Page, State, Store, StoreError, problem};
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
 
-/// How often a job is tried whose worker dies or asks for another try.
-pub const MAX_TRIES: i64 = 3;
+/// How often a job is tried whose worker dies or asks for another try: often enough that a few deaths of a process do not
+/// fail the jobs it happened to run, seldom enough that a job that kills its process does not do so for ever.
+pub const MAX_TRIES: i64 = 8;
 
 const LEASE_MS: i64 = LEASE.as_millis() as i64;
 

@@ -116,7 +116,7 @@ async fn a_job_that_always_kills_its_process_fails_in_the_end() {
     assert!(store.claim().await.unwrap().is_none());
     let failed = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!(failed.state, State::Failed);
-    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains("tried 3 times"));
+    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_TRIES} times")));
     assert!(failed.finished_ms.is_some());
 }
 
