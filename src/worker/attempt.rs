@@ -13,7 +13,7 @@ use tokio_util::sync::CancellationToken;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::spectra::CachedSpectra;
-use crate::store::{Beat, Job, Lease, Store, StoreError};
+use crate::store::{Beat, Lease, Store, StoreError};
 
 /// How often progress is reported, and cancelling noticed; a fraction of the lease.
 const BEAT: Duration = Duration::from_millis(500);
@@ -30,7 +30,7 @@ pub(super) struct Bench {
 }
 
 /// What a job does, on a thread of the pool.
-type Body = dyn Fn(&Bench, &Job, &Progress) -> Outcome + Send + Sync;
+type Body = dyn Fn(&Bench, &Lease, &Progress) -> Outcome + Send + Sync;
 
 /// The result's bytes.
 pub(super) type Outcome = Result<Bytes, Failure>;
@@ -47,7 +47,7 @@ impl Bench {
 /// bench stops.
 pub(super) async fn attempt(bench: &Arc<Bench>, lease: Lease) {
     let progress = Arc::new(Progress::default());
-    let mut ended = start(bench, lease.job.clone(), progress.clone());
+    let mut ended = start(bench, lease.clone(), progress.clone());
     let mut timer = interval_at(Instant::now() + BEAT, BEAT);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut held = true;
@@ -84,11 +84,11 @@ pub(super) async fn attempt(bench: &Arc<Bench>, lease: Lease) {
 }
 
 /// Starts the computation on the pool; the receiver gets its outcome, a panic included.
-fn start(bench: &Arc<Bench>, job: Job, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
+fn start(bench: &Arc<Bench>, lease: Lease, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
     let (sender, receiver) = oneshot::channel();
     let bench_there = bench.clone();
     bench.pool.spawn(move || {
-        let run = AssertUnwindSafe(|| (bench_there.body)(&bench_there, &job, &progress));
+        let run = AssertUnwindSafe(|| (bench_there.body)(&bench_there, &lease, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
         // Nobody listens any more when the bench has stopped.
         let _ = sender.send(outcome);
