@@ -7,7 +7,7 @@ use anyhow::ensure;
 use clap::{Args, Parser, Subcommand};
 
 use crate::telemetry::LogFormat;
-use sketchmatch::{http, store, worker};
+use sketchmatch::{example, http, store, worker};
 
 /// Matches 2D sketches to 3D meshes by functional maps.
 #[derive(Debug, Parser)]
@@ -92,14 +92,15 @@ pub struct MatchOptions {
 pub struct ExampleOptions {
     /// Directory to write to; made where it is missing.
     pub dir: PathBuf,
-    /// Vertices of each creature's mesh, about.
+    /// Vertices of each creature's mesh, about: 2000 to 100000.
     #[arg(long, env = "SKETCHMATCH_VERTICES", default_value_t = 5000, value_parser = vertices)]
     pub vertices: usize,
 }
 
 fn vertices(text: &str) -> Result<usize, String> {
     let vertices = text.parse().map_err(|error| format!("{error}"))?;
-    if (500..=200_000).contains(&vertices) { Ok(vertices) } else { Err("from 500 to 200000".to_owned()) }
+    let (least, most) = example::SIZES.into_inner();
+    if (least..=most).contains(&vertices) { Ok(vertices) } else { Err(format!("from {least} to {most}")) }
 }
 
 impl ServeOptions {
@@ -167,6 +168,13 @@ mod tests {
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
             }
         }
+    }
+
+    #[test]
+    fn creatures_are_asked_for_in_sizes_they_come_in() {
+        let example = |vertices: &str| Cli::try_parse_from(["sketchmatch", "example", "d", "--vertices", vertices]);
+        assert!(example("2000").is_ok() && example("100000").is_ok());
+        assert!(example("1999").is_err() && example("100001").is_err() && example("many").is_err());
     }
 
     #[test]

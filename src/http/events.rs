@@ -24,7 +24,10 @@ use crate::store::Job;
     get, path = "/v1/matches/{id}/events", tag = "matches",
     params(("id" = String, Path), ("Last-Event-ID" = Option<i64>, Header, description = "the id of the last event seen")),
     responses(
-        (status = 200, description = "the events", content_type = "text/event-stream", body = String),
+        (
+            status = 200, content_type = "text/event-stream", body = Object,
+            description = "events with `event` (`status`), `id` (the revision) and `data` (the match as JSON)",
+        ),
         (status = 204, description = "the last event was seen"),
     ),
 )]

@@ -46,7 +46,7 @@ pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
 pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Problem> {
-    metrics::gauge!("queue_jobs").set(app.store.queued().await? as f64);
+    metrics::gauge!("jobs_queued").set(app.store.queued().await? as f64);
     app.metrics.run_upkeep();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
 }

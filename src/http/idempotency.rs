@@ -23,8 +23,13 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<IdempotencyKey, Problem> {
         let Some(value) = parts.headers.get(HEADER) else { return Ok(IdempotencyKey(None)) };
         match value.to_str() {
-            Ok(key) if (1..=LONGEST_KEY).contains(&key.len()) => Ok(IdempotencyKey(Some(key.to_owned()))),
-            _ => Err(Problem::malformed(Fault::in_header(HEADER.as_str(), "a key is 1 to 255 printable characters"))),
+            Ok(key) if (1..=LONGEST_KEY).contains(&key.len()) && key.bytes().all(|byte| byte.is_ascii_graphic()) => {
+                Ok(IdempotencyKey(Some(key.to_owned())))
+            }
+            _ => Err(Problem::malformed(Fault::in_header(
+                HEADER.as_str(),
+                "a key is 1 to 255 printable ASCII characters without spaces",
+            ))),
         }
     }
 }

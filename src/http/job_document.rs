@@ -41,7 +41,8 @@ pub enum Status {
 
 #[derive(Debug, Serialize, ToSchema)]
 pub struct Progress {
-    /// The stage under way, once there is one.
+    /// The stage under way, once there is one: `spectrum`, `regions`, `descriptors`, `map`, `points`. `finished` with
+    /// success; after a failure or a cancelling, the stage last reported.
     pub stage: Option<String>,
     /// The share of the whole that is done.
     #[schema(minimum = 0, maximum = 1)]

@@ -17,8 +17,9 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::cursor_fault;
 use super::{App, PREFERENCE_APPLIED, json, memory};
+use crate::mesh::connectivity::largest_component;
 use crate::pipeline::request::MatchRequest;
-use crate::pipeline::{self, Settings};
+use crate::pipeline::{self, Settings, landmarks};
 use crate::store::{Job, JobKind, Kind};
 
 const PATH: &str = "/v1/matches";
@@ -38,7 +39,7 @@ pub fn path(id: &str) -> String {
     post, path = "/v1/matches", tag = "matches",
     params(
         ("Prefer" = Option<String>, Header, description = "`wait=N`: seconds to wait for the end of the match"),
-        ("Idempotency-Key" = Option<String>, Header, description = "the same key never makes a second match"),
+        ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key never makes a second match"),
     ),
     request_body = MatchRequest,
     responses(
@@ -87,11 +88,17 @@ async fn payload(app: &App, request: MatchRequest) -> Result<String, Problem> {
     let sketch = vertices(app, Kind::Sketch, &request.sketch, &mut faults).await?;
     let mesh = vertices(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let budget = app.config.max_job_memory;
-    app.off_runtime(move || {
-        let settings = settings(&request, sketch, mesh, budget, faults)?;
-        serde_json::to_string(&settings).map_err(Problem::internal)
-    })
-    .await?
+    let settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
+    let faults = landmark_faults(app, &settings).await?;
+    if !faults.is_empty() {
+        return Err(unfit(faults));
+    }
+    app.off_runtime(move || serde_json::to_string(&settings)).await?.map_err(Problem::internal)
+}
+
+/// 422: the shapes cannot be matched as asked.
+fn unfit(faults: Vec<Fault>) -> Problem {
+    Problem::refused("the match cannot be carried out as asked", faults)
 }
 
 /// The request with every value filled in, for shapes of these many vertices.
@@ -113,9 +120,21 @@ fn settings(
         Ok(settings) if faults.is_empty() => Ok(settings),
         settings => {
             faults.extend(settings.err().into_iter().flatten().map(Fault::from));
-            Err(Problem::refused("the match cannot be carried out as asked", faults))
+            Err(unfit(faults))
         }
     }
+}
+
+/// What is wrong with the landmarks, for which the shapes themselves are looked at.
+async fn landmark_faults(app: &App, settings: &Settings) -> Result<Vec<Fault>, Problem> {
+    if settings.landmarks.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (sketch, mesh) = (app.store.sketch(&settings.sketch).await?, app.store.mesh(&settings.mesh).await?);
+    let (Some(sketch), Some(mesh)) = (sketch, mesh) else { return Ok(Vec::new()) };
+    let landmarks = settings.landmarks.clone();
+    let placed = app.off_runtime(move || landmarks::vertices(&landmarks, &sketch, &largest_component(&mesh))).await?;
+    Ok(placed.err().into_iter().flatten().map(Fault::from).collect())
 }
 
 /// The number of vertices of a shape; where there is no such shape, a fault.

@@ -22,9 +22,6 @@ use crate::mesh::refusal::{Refusal, Warning};
 use crate::mesh::validation::{Imported, import};
 use crate::store::Kind;
 
-/// A mesh as it was understood.
-pub type MeshDocument = ShapeDocument<MeshMeasures>;
-
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 pub struct MeshMeasures {
     #[serde(flatten)]
@@ -50,13 +47,13 @@ pub struct UploadQuery {
 /// The file is the raw body, or the part `file` of a form. The same content is stored once.
 #[utoipa::path(
     post, path = "/v1/meshes", tag = "meshes",
-    params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, description = "the same key gets the same answer")),
+    params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
     request_body(description = "OBJ, OFF, PLY, STL or GLB", content(
         ("application/octet-stream"), ("model/obj"), ("model/stl"), ("model/gltf-binary"), ("multipart/form-data"),
     )),
     responses(
-        (status = 201, description = "taken", body = MeshDocument, headers(("Location" = String))),
-        (status = 200, description = "known already", body = MeshDocument, headers(("Location" = String))),
+        (status = 201, description = "taken", body = ShapeDocument<MeshMeasures>, headers(("Location" = String))),
+        (status = 200, description = "known already", body = ShapeDocument<MeshMeasures>, headers(("Location" = String))),
     ),
 )]
 pub async fn upload(
@@ -125,7 +122,7 @@ fn refused(refusal: Refusal) -> Problem {
 /// Lists the meshes, newest first.
 #[utoipa::path(
     get, path = "/v1/meshes", tag = "meshes", params(PageQuery),
-    responses((status = 200, description = "a page", body = Listing<MeshDocument>)),
+    responses((status = 200, description = "a page", body = Listing<ShapeDocument<MeshMeasures>>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     shapes::listed::<MeshMeasures>(&app, Kind::Mesh, &query).await
@@ -134,9 +131,9 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 /// Answers what is known of a mesh.
 #[utoipa::path(
     get, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
-    responses((status = 200, description = "the mesh", body = MeshDocument)),
+    responses((status = 200, description = "the mesh", body = ShapeDocument<MeshMeasures>)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MeshDocument>, Problem> {
+pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
     Ok(Json(shapes::document(shapes::found(&app, Kind::Mesh, &id).await?)?))
 }
 

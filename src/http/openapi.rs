@@ -52,23 +52,10 @@ pub fn document() -> Value {
     routes().1
 }
 
-/// The document with what the handlers do not say one by one: the problem any call may answer, and which variant of a
-/// tagged union a tag stands for.
+/// The document with what the handlers do not say one by one, and which variant of a tagged union a tag stands for.
 fn finished(mut document: Value) -> Value {
-    let problem = json!({
-        "description": "a problem (RFC 9457)",
-        "content": {problem::MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
-    });
     let paths = document["paths"].as_object_mut().into_iter().flat_map(Map::values_mut);
-    let calls = paths.filter_map(Value::as_object_mut).flat_map(Map::values_mut);
-    for responses in calls.filter_map(|call| call.get_mut("responses")?.as_object_mut()) {
-        responses.entry("default").or_insert_with(|| problem.clone());
-        for (status, response) in responses.iter_mut() {
-            if status.starts_with(['4', '5']) {
-                response["content"] = problem["content"].clone();
-            }
-        }
-    }
+    paths.filter_map(Value::as_object_mut).flat_map(Map::values_mut).for_each(complete);
     if let Some(schemas) = document.pointer_mut("/components/schemas").and_then(Value::as_object_mut) {
         let unions: Vec<String> = schemas.keys().cloned().collect();
         for name in unions {
@@ -76,6 +63,38 @@ fn finished(mut document: Value) -> Value {
         }
     }
     document
+}
+
+/// Adds to a call the problem it may answer and the part of a form it takes; a parameter that may be left out is no
+/// null.
+fn complete(call: &mut Value) {
+    for parameter in call.get_mut("parameters").and_then(Value::as_array_mut).into_iter().flatten() {
+        forbid_null(&mut parameter["schema"]);
+    }
+    if let Some(form) = call.pointer_mut("/requestBody/content/multipart~1form-data") {
+        let file = json!({"type": "string", "format": "binary"});
+        form["schema"] = json!({"type": "object", "properties": {"file": file}, "required": ["file"]});
+    }
+    let Some(responses) = call.get_mut("responses").and_then(Value::as_object_mut) else { return };
+    let problem = json!({
+        "description": "a problem (RFC 9457)",
+        "content": {problem::MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
+    });
+    responses.entry("default").or_insert_with(|| problem.clone());
+    for (status, response) in responses.iter_mut() {
+        if status.starts_with(['4', '5']) {
+            response["content"] = problem["content"].clone();
+        }
+    }
+}
+
+/// Takes `null` out of the types a schema allows.
+fn forbid_null(schema: &mut Value) {
+    let Some(types) = schema.get_mut("type").and_then(Value::as_array_mut) else { return };
+    types.retain(|name| name != "null");
+    if let [only] = types.as_slice() {
+        schema["type"] = only.clone();
+    }
 }
 
 /// Gives every variant of the tagged union `name` a schema of its own, which a discriminator can point to. Schemas that
@@ -123,6 +142,20 @@ mod tests {
                 assert!(call["responses"]["default"]["content"][problem::MEDIA_TYPE].is_object(), "{method} {path}");
             }
         }
+    }
+
+    #[test]
+    fn every_reference_leads_somewhere() {
+        let document = document();
+        for reference in document.to_string().split("\"#").skip(1).filter_map(|rest| rest.split('"').next()) {
+            assert!(document.pointer(reference).is_some(), "{reference}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_never_null() {
+        let key = &document()["paths"]["/v1/matches"]["post"]["parameters"][1];
+        assert_eq!((&key["name"], &key["schema"]["type"]), (&json!("Idempotency-Key"), &json!("string")));
     }
 
     #[test]

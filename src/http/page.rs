@@ -21,6 +21,7 @@ pub struct PageQuery {
     #[param(minimum = 1, maximum = 100)]
     limit: Option<u32>,
     /// Where the page before ended: taken from its `next`.
+    #[param(pattern = r"^[0-9]{1,18}\.")]
     after: Option<String>,
 }
 

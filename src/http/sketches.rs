@@ -23,9 +23,6 @@ use crate::sketch::{
 };
 use crate::store::Kind;
 
-/// A sketch as it was understood.
-pub type SketchDocument = ShapeDocument<SketchMeasures>;
-
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 pub struct SketchMeasures {
     vertices: usize,
@@ -61,13 +58,13 @@ enum Drawn {
 /// The drawing is the raw body, or the part `file` of a form. The same content is stored once.
 #[utoipa::path(
     post, path = "/v1/sketches", tag = "sketches",
-    params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, description = "the same key gets the same answer")),
+    params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
     request_body(description = "the drawing", content(
         (OutlineRequest = "application/json"), ("image/svg+xml"), ("image/png"), ("image/jpeg"), ("multipart/form-data"),
     )),
     responses(
-        (status = 201, description = "taken", body = SketchDocument, headers(("Location" = String))),
-        (status = 200, description = "known already", body = SketchDocument, headers(("Location" = String))),
+        (status = 201, description = "taken", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),
+        (status = 200, description = "known already", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),
     ),
 )]
 pub async fn upload(
@@ -158,7 +155,7 @@ fn refused(refusal: Refusal) -> Problem {
 /// Lists the sketches, newest first.
 #[utoipa::path(
     get, path = "/v1/sketches", tag = "sketches", params(PageQuery),
-    responses((status = 200, description = "a page", body = Listing<SketchDocument>)),
+    responses((status = 200, description = "a page", body = Listing<ShapeDocument<SketchMeasures>>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     shapes::listed::<SketchMeasures>(&app, Kind::Sketch, &query).await
@@ -167,9 +164,9 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 /// Answers what is known of a sketch.
 #[utoipa::path(
     get, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)),
-    responses((status = 200, description = "the sketch", body = SketchDocument)),
+    responses((status = 200, description = "the sketch", body = ShapeDocument<SketchMeasures>)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<SketchDocument>, Problem> {
+pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
     Ok(Json(shapes::document(shapes::found(&app, Kind::Sketch, &id).await?)?))
 }
 

@@ -3,6 +3,7 @@
 //! Both shapes are scaled to area 1 here; what comes back is in the units and the numbering of the user's files.
 
 mod constraints;
+pub mod landmarks;
 pub mod outcome;
 mod regions;
 pub mod request;
@@ -21,7 +22,7 @@ use crate::spectral::{Boundary, SpectralError, Spectrum};
 
 pub use run::run;
 pub use settings::{Settings, check};
-pub use stages::Stage;
+pub use stages::{Stage, TOTAL};
 
 /// What a match needs of the world outside.
 pub struct Surroundings<'a> {
@@ -86,8 +87,13 @@ pub enum MatchError {
 }
 
 impl MatchError {
-    fn of_spectrum(shape: &'static str, error: SpectralError) -> MatchError {
+    /// The spectrum of a shape failed, its length given at `pointer`.
+    fn of_spectrum(shape: &'static str, pointer: &str, error: SpectralError) -> MatchError {
         match error {
+            SpectralError::TooMany { k, most } => {
+                let detail = format!("{k} eigenfunctions of the {shape} were asked for, it has {most} free vertices");
+                MatchError::Faults(vec![Fault::new(pointer, detail)])
+            }
             SpectralError::Eigen(EigenError::Cancelled(cancelled)) => MatchError::Cancelled(cancelled),
             error => MatchError::Spectrum { shape, error },
         }

@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 
 use crate::functional_map::{regulariser::Regulariser, weights::Weights};
+use crate::regions::MAX_REGIONS;
 use crate::spectral::Boundary;
 
 /// A match request as the user sends it: only `mesh` and `sketch` are required; what is left out comes from the preset.
@@ -27,6 +29,7 @@ pub struct MatchRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub regions: Option<Regions>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 1000)]
     pub landmarks: Option<Vec<Landmark>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights: Option<Weights>,
@@ -71,9 +74,11 @@ pub enum Alignment {
 pub struct BasisRequest {
     /// Eigenfunctions of the sketch: columns of C.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1, maximum = 500)]
     pub k: Option<usize>,
     /// Eigenfunctions of the mesh: rows of C; `k` where it is not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1, maximum = 500)]
     pub k_mesh: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub boundary: Option<Boundary>,
@@ -97,6 +102,7 @@ pub struct DescriptorsRequest {
 pub struct HeatRequest {
     /// Number of times; 0 leaves the heat kernel out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(maximum = 1000)]
     pub count: Option<usize>,
     /// First and last time in units of 1/λ of the sketch's spectrum; by default 4 ln 10 / λ_max to 4 ln 10 / λ_2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -109,9 +115,11 @@ pub struct HeatRequest {
 pub struct WaveRequest {
     /// Number of energies; 0 leaves the wave kernel out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(maximum = 1000)]
     pub count: Option<usize>,
     /// Width of an energy's band in spacings of the energies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0, maximum = 1_000_000)]
     pub variance: Option<f64>,
 }
 
@@ -145,21 +153,31 @@ pub enum Regions {
     /// Both shapes segmented into `count` regions, paired by assignment on their signatures.
     Auto {
         #[serde(default = "seven")]
+        #[schema(minimum = 1, maximum = 64, default = 7)]
         count: usize,
     },
     /// Labels per vertex, equal labels corresponding; −1 is in no region.
     Given { sketch: Vec<i32>, mesh: Vec<i32> },
     /// Both shapes segmented, the pairs (sketch region, mesh region) by the user.
     Segmented {
+        #[schema(minimum = 1, maximum = 64)]
         sketch_regions: usize,
+        #[schema(minimum = 1, maximum = 64)]
         mesh_regions: usize,
-        #[schema(value_type = Vec<Vec<usize>>)]
+        #[schema(schema_with = pairs_schema)]
         pairs: Vec<[usize; 2]>,
     },
 }
 
 fn seven() -> usize {
     7
+}
+
+/// The schema of pairs of regions: one derived from `[usize; 2]` says nothing of the length.
+fn pairs_schema() -> ArrayBuilder {
+    let region = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).maximum(Some(MAX_REGIONS - 1));
+    let pair = ArrayBuilder::new().items(region).min_items(Some(2)).max_items(Some(2));
+    ArrayBuilder::new().items(pair).min_items(Some(1)).max_items(Some(MAX_REGIONS))
 }
 
 /// A point of the sketch, in the coordinates it was uploaded in, and the mesh vertex it is.
@@ -189,10 +207,12 @@ pub enum Refinement {
     /// Alternating nearest points and orthonormal C; needs a square C.
     Icp {
         #[serde(default = "ten")]
+        #[schema(minimum = 1, maximum = 200, default = 10)]
         iterations: usize,
     },
     /// Spectral upsampling to `k` eigenfunctions of the sketch.
     Zoomout {
+        #[schema(minimum = 1, maximum = 500)]
         k: usize,
     },
 }

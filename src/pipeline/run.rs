@@ -8,7 +8,7 @@ use super::regions::{self, Shape};
 use super::request::{Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
-use super::{Fault, MatchError, Surroundings};
+use super::{MatchError, Surroundings, landmarks};
 use crate::correspondence::{confidence, icp, points, zoomout};
 use crate::functional_map::problem::least_squares;
 use crate::functional_map::regulariser::Regulariser;
@@ -36,7 +36,7 @@ pub fn run(
     }
     let stages = Stages::begin(surroundings);
     let component = largest_component(mesh);
-    let landmarks = landmark_vertices(settings, sketch, &component)?;
+    let landmarks = landmarks::vertices(&settings.landmarks, sketch, &component).map_err(MatchError::Faults)?;
 
     let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &component, surroundings, watch))?;
     let (k, l) = (settings.basis.k, settings.basis.k_mesh);
@@ -97,34 +97,11 @@ fn spectra(
     let source = surroundings.spectra;
     let of_sketch = source.spectrum(sketch.mesh(), k, boundary, watch);
     let of_mesh = |_: &_| source.spectrum(&component.mesh, l, boundary, watch);
-    let phi = of_sketch.map_err(|error| MatchError::of_spectrum("sketch", error))?;
-    let psi = of_mesh(&phi).map_err(|error| MatchError::of_spectrum("mesh", error))?;
+    let upsampled = (k, l) != (settings.basis.k, settings.basis.k_mesh);
+    let [of_k, of_l] = if upsampled { ["/refinement/k"; 2] } else { ["/basis/k", "/basis/k_mesh"] };
+    let phi = of_sketch.map_err(|error| MatchError::of_spectrum("sketch", of_k, error))?;
+    let psi = of_mesh(&phi).map_err(|error| MatchError::of_spectrum("mesh", of_l, error))?;
     Ok([phi, psi])
-}
-
-/// The landmarks as vertices: of the sketch the nearest, of the mesh that of its component.
-fn landmark_vertices(
-    settings: &Settings,
-    sketch: &Sketch,
-    component: &Component,
-) -> Result<Vec<[usize; 2]>, MatchError> {
-    let mut faults = Vec::new();
-    let mut vertices = Vec::new();
-    for (i, landmark) in settings.landmarks.iter().enumerate() {
-        let [x, y] = sketch.to_internal(landmark.sketch);
-        let distance = |p: &[f64; 3]| (p[0] - x).hypot(p[1] - y);
-        let positions = sketch.mesh().positions();
-        let nearest = (0..positions.len()).min_by(|&a, &b| distance(&positions[a]).total_cmp(&distance(&positions[b])));
-        let on_component = component.vertices.binary_search(&landmark.mesh);
-        match (nearest, on_component) {
-            (Some(x), Ok(y)) => vertices.push([x, y]),
-            _ => faults.push(Fault::new(
-                format!("/landmarks/{i}/mesh"),
-                format!("vertex {} is not on the largest component of the mesh", landmark.mesh),
-            )),
-        }
-    }
-    if faults.is_empty() { Ok(vertices) } else { Err(MatchError::Faults(faults)) }
 }
 
 /// The refined map, the vertex of the component for every vertex of the sketch, and how far each is to be trusted.

@@ -9,6 +9,9 @@ use utoipa::ToSchema;
 use super::{Surroundings, Watcher};
 use crate::numerics::{Cancelled, Watch};
 
+/// The name of the time of all stages together.
+pub const TOTAL: &str = "total";
+
 /// The stages of a match in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -73,7 +76,7 @@ impl<'a> Stages<'a> {
     /// Milliseconds by stage, and in `total`.
     pub fn finish(self) -> BTreeMap<String, f64> {
         let mut milliseconds = self.milliseconds.into_inner();
-        milliseconds.insert("total".to_owned(), (self.surroundings.clock)() - self.begun);
+        milliseconds.insert(TOTAL.to_owned(), (self.surroundings.clock)() - self.begun);
         milliseconds
     }
 }

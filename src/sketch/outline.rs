@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 
 use super::Config;
 use super::arrangement::{Arrangement, Conflict, Contact, Place};
@@ -22,16 +23,33 @@ const MIN_AREA: f64 = 1e-9;
 #[serde(deny_unknown_fields)]
 pub struct OutlineRequest {
     /// Corners of the outer line, y up, in either direction; the last is joined to the first.
-    #[schema(value_type = Vec<Vec<f64>>, min_items = 3)]
+    #[schema(schema_with = outline_schema)]
     pub outline: Vec<[f64; 2]>,
     /// Lines inside the outline whose insides do not belong to the figure.
     #[serde(default)]
-    #[schema(value_type = Vec<Vec<Vec<f64>>>)]
+    #[schema(schema_with = holes_schema)]
     pub holes: Vec<Vec<[f64; 2]>>,
     /// Vertices of the triangulation, 50 to 20,000, met within 10 % on ordinary outlines.
     #[serde(default = "default_target")]
     #[schema(minimum = 50, maximum = 20000, default = 800)]
     pub target_vertices: usize,
+}
+
+/// The schema of a line of points: one derived from `[f64; 2]` says nothing of the length.
+fn line_schema() -> ArrayBuilder {
+    let coordinate = ObjectBuilder::new().schema_type(Type::Number);
+    let point = ArrayBuilder::new().items(coordinate).min_items(Some(2)).max_items(Some(2));
+    ArrayBuilder::new().items(point).min_items(Some(3))
+}
+
+fn outline_schema() -> ArrayBuilder {
+    line_schema()
+        .description(Some("Corners of the outer line, y up, in either direction; the last is joined to the first."))
+}
+
+fn holes_schema() -> ArrayBuilder {
+    let holes = ArrayBuilder::new().items(line_schema());
+    holes.description(Some("Lines inside the outline whose insides do not belong to the figure."))
 }
 
 fn default_target() -> usize {

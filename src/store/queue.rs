@@ -124,8 +124,8 @@ impl Store {
         let Job { id, attempt, .. } = &lease.job;
         let name = format!("results/{id}/{attempt}");
         self.blobs.put(&name, result).await?;
-        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, fraction = 1, revision = revision + 1, \
-                   lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
+        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, stage = 'finished', fraction = 1, \
+                   revision = revision + 1, lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";
         let published = self.changed(sqlx::query(sql).bind(id).bind(attempt).bind(&name)).await?;
         // A lease that published before is refused too, but then the job names this very blob.

@@ -11,6 +11,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval_at};
 use tokio_util::sync::CancellationToken;
 
 use super::failure::Failure;
+use super::measures::{self, Ended};
 use super::progress::Progress;
 use super::spectra::CachedSpectra;
 use crate::store::{Beat, Lease, Store, StoreError};
@@ -46,39 +47,54 @@ impl Bench {
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
 pub(super) async fn attempt(bench: &Arc<Bench>, lease: Lease) {
+    let measured = measures::Attempt::begin(lease.job.kind);
+    let ended = carry_out(bench, &lease).await;
+    measured.end(ended);
+}
+
+async fn carry_out(bench: &Arc<Bench>, lease: &Lease) -> Ended {
     let progress = Arc::new(Progress::default());
     let mut ended = start(bench, lease.clone(), progress.clone());
     let mut timer = interval_at(Instant::now() + BEAT, BEAT);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut held = true;
+    let mut taken_away = None;
     loop {
         tokio::select! {
             biased;
             outcome = &mut ended => {
                 let outcome = outcome.unwrap_or_else(|_| Err(Failure::internal("the thread is gone", true)));
-                if held {
-                    log(report(&bench.store, &lease, outcome).await);
-                }
-                return;
+                return match taken_away {
+                    Some(ended) => ended,
+                    None => report(&bench.store, lease, outcome).await.unwrap_or_else(unreported),
+                };
             }
             () = bench.stop.cancelled() => {
                 progress.stop();
-                if held {
-                    log(bench.store.release(&lease).await.map(drop));
-                }
-                return;
+                return match taken_away {
+                    Some(ended) => ended,
+                    None => released(&bench.store, lease).await.unwrap_or_else(unreported),
+                };
             }
-            _ = timer.tick(), if held => {
-                let (stage, fraction) = progress.at();
-                match bench.store.beat(&lease, stage, fraction).await {
-                    Ok(Beat::Held) => {}
-                    Ok(Beat::Cancelled | Beat::Lost) => {
-                        progress.stop();
-                        held = false;
-                    }
-                    Err(error) => log(Err(error)),
+            _ = timer.tick(), if taken_away.is_none() => {
+                taken_away = beaten(&bench.store, lease, &progress).await;
+                if taken_away.is_some() {
+                    progress.stop();
                 }
             }
+        }
+    }
+}
+
+/// Reports progress; how the attempt ended for us if the job is ours no more.
+async fn beaten(store: &Store, lease: &Lease, progress: &Progress) -> Option<Ended> {
+    let (stage, fraction) = progress.at();
+    match store.beat(lease, stage, fraction).await {
+        Ok(Beat::Held) => None,
+        Ok(Beat::Cancelled) => Some(Ended::Cancelled),
+        Ok(Beat::Lost) => Some(Ended::Lost),
+        Err(error) => {
+            tracing::error!(%error, "a job's progress cannot be reported");
+            None
         }
     }
 }
@@ -96,26 +112,30 @@ fn start(bench: &Arc<Bench>, lease: Lease, progress: Arc<Progress>) -> oneshot::
     receiver
 }
 
-async fn report(store: &Store, lease: &Lease, outcome: Outcome) -> Result<(), StoreError> {
+async fn report(store: &Store, lease: &Lease, outcome: Outcome) -> Result<Ended, StoreError> {
     let failure = match outcome {
         Ok(result) => match store.succeed(lease, result).await {
-            Ok(_) => return Ok(()),
+            Ok(published) => return Ok(if published { Ended::Succeeded } else { Ended::Lost }),
             Err(error) => Failure::from(error),
         },
         Err(failure) => failure,
     };
     match failure {
-        Failure::Stopped => store.release(lease).await?,
-        Failure::Problem { problem, retry } => store.fail(lease, &problem, retry).await?,
-    };
-    Ok(())
+        Failure::Stopped => released(store, lease).await,
+        Failure::Problem { problem, retry } => {
+            Ok(if store.fail(lease, &problem, retry).await? { Ended::Failed } else { Ended::Lost })
+        }
+    }
+}
+
+async fn released(store: &Store, lease: &Lease) -> Result<Ended, StoreError> {
+    Ok(if store.release(lease).await? { Ended::Released } else { Ended::Lost })
 }
 
 /// What is not reported now is found out when the lease runs out.
-fn log(reported: Result<(), StoreError>) {
-    if let Err(error) = reported {
-        tracing::error!(%error, "a job cannot be reported on");
-    }
+fn unreported(error: StoreError) -> Ended {
+    tracing::error!(%error, "a job cannot be reported on");
+    Ended::Lost
 }
 
 fn message(panic: Box<dyn Any + Send>) -> String {

@@ -4,6 +4,7 @@ use bytes::Bytes;
 
 use super::attempt::Bench;
 use super::failure::Failure;
+use super::measures;
 use super::progress::Progress;
 use crate::pipeline::{self, Settings, Surroundings};
 use crate::store::Lease;
@@ -19,6 +20,7 @@ pub(super) fn run(bench: &Bench, lease: &Lease, progress: &Progress) -> Result<B
     let clock = || begun.elapsed().as_secs_f64() * 1e3;
     let surroundings = Surroundings { spectra: &bench.spectra, watcher: progress, clock: &clock };
     let mut result = pipeline::run(&sketch, &mesh, &settings, &surroundings)?;
+    measures::stages(&result.timings_ms);
     result.id = Some(lease.job.id.clone());
     Ok(serde_json::to_vec(&result).map_err(|error| Failure::internal(error, false))?.into())
 }

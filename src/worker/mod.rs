@@ -8,6 +8,7 @@ mod decomposition;
 mod failure;
 mod flights;
 mod matching;
+mod measures;
 mod pool;
 mod progress;
 mod spectra;

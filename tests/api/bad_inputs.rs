@@ -289,6 +289,11 @@ fn requests() -> Vec<Case> {
         request("unknown weights", r#""weights": {"method": "all"}"#, "/weights/method"),
         request("an unknown conversion", r#""conversion": {"method": "guess"}"#, "/conversion/method"),
         request("too large a zoom", r#""refinement": {"method": "zoomout", "k": 100000}"#, "/refinement/k"),
+        request(
+            "a landmark off the drawing",
+            r#""landmarks": [{"sketch": [1e4, 0], "mesh": 0}]"#,
+            "/landmarks/0/sketch",
+        ),
         request("a landmark off the mesh", r#""landmarks": [{"sketch": [0, 0], "mesh": 99999}]"#, "/landmarks/0/mesh"),
         request("too few labels", r#""regions": {"method": "given", "sketch": [0], "mesh": [0]}"#, "/regions/sketch"),
         request("no regions", r#""regions": {"method": "auto", "count": 0}"#, "/regions/count"),

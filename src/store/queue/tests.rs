@@ -56,7 +56,8 @@ async fn a_job_goes_from_queued_to_succeeded() {
     assert_eq!(store.result(&job.id).await.unwrap(), None);
     assert!(store.succeed(&lease, Bytes::from_static(b"answer")).await.unwrap());
     let done = store.job(&job.id).await.unwrap().unwrap();
-    assert_eq!((done.state, done.fraction, done.revision), (State::Succeeded, 1.0, 3));
+    assert_eq!((done.state, done.stage.as_deref()), (State::Succeeded, Some("finished")));
+    assert_eq!((done.fraction, done.revision), (1.0, 3));
     assert!(done.finished_ms >= done.started_ms && done.started_ms.is_some());
     assert_eq!(store.result(&job.id).await.unwrap(), Some(Bytes::from_static(b"answer")));
 }

@@ -1,0 +1,101 @@
+//! Landmarks as vertices of both shapes.
+
+use super::Fault;
+use super::request::Landmark;
+use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::Component;
+use crate::sketch::Sketch;
+
+/// How far from the nearest vertex a landmark may be, as a share of the diagonal of the drawing's box.
+const REACH: f64 = 0.05;
+
+/// The landmarks as vertices: of the sketch the nearest, of the mesh that of its component.
+///
+/// # Errors
+/// Every landmark that is off the drawing or not on the component.
+pub fn vertices(landmarks: &[Landmark], sketch: &Sketch, component: &Component) -> Result<Vec<[usize; 2]>, Vec<Fault>> {
+    let reach = reach(sketch.mesh());
+    let mut faults = Vec::new();
+    let mut vertices = Vec::new();
+    for (i, landmark) in landmarks.iter().enumerate() {
+        let on_sketch = nearest(sketch, landmark.sketch).filter(|&(_, distance)| distance <= reach);
+        if on_sketch.is_none() {
+            let [x, y] = landmark.sketch;
+            faults.push(Fault::new(format!("/landmarks/{i}/sketch"), format!("({x}, {y}) is not on the drawing")));
+        }
+        let on_component = component.vertices.binary_search(&landmark.mesh).ok();
+        if on_component.is_none() {
+            let detail = format!("vertex {} is not on the largest component of the mesh", landmark.mesh);
+            faults.push(Fault::new(format!("/landmarks/{i}/mesh"), detail));
+        }
+        vertices.extend(on_sketch.zip(on_component).map(|((x, _), y)| [x, y]));
+    }
+    if faults.is_empty() { Ok(vertices) } else { Err(faults) }
+}
+
+/// The vertex of the sketch nearest to a point in the coordinates of the upload, and its distance within the sketch's
+/// mesh.
+fn nearest(sketch: &Sketch, point: [f64; 2]) -> Option<(usize, f64)> {
+    let [x, y] = sketch.to_internal(point);
+    let distances = sketch.mesh().positions().iter().map(|p| (p[0] - x).hypot(p[1] - y));
+    distances.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))
+}
+
+/// How far from the nearest vertex a landmark may be. Where triangles are large, a point inside one may be as far from
+/// its corners as an edge is long.
+fn reach(mesh: &TriangleMesh) -> f64 {
+    let positions = mesh.positions();
+    let sides = mesh.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let lengths = sides.map(|[a, b]| {
+        let (a, b) = (positions[a as usize], positions[b as usize]);
+        (a[0] - b[0]).hypot(a[1] - b[1])
+    });
+    let extent = |axis: usize| {
+        let (least, most) = positions
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), p| (least.min(p[axis]), most.max(p[axis])));
+        most - least
+    };
+    lengths.fold(REACH * extent(0).hypot(extent(1)), f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::connectivity::largest_component;
+    use crate::sketch::YAxis;
+
+    /// A unit square drawn with y downwards, one corner at the origin.
+    fn square() -> Sketch {
+        let positions = vec![[0., 0., 0.], [1., 0., 0.], [1., -1., 0.], [0., -1., 0.]];
+        Sketch::new(TriangleMesh::new(positions, vec![[0, 2, 1], [0, 3, 2]]).unwrap(), YAxis::Down).unwrap()
+    }
+
+    /// A triangle, and a vertex 0 that belongs to none.
+    fn triangle() -> Component {
+        let positions = vec![[9., 9., 9.], [0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
+        largest_component(&TriangleMesh::new(positions, vec![[1, 2, 3]]).unwrap())
+    }
+
+    fn placed(landmarks: &[([f64; 2], u32)]) -> Result<Vec<[usize; 2]>, Vec<String>> {
+        let landmarks: Vec<Landmark> = landmarks.iter().map(|&(sketch, mesh)| Landmark { sketch, mesh }).collect();
+        let faults = |faults: Vec<Fault>| faults.into_iter().map(|fault| fault.pointer).collect();
+        vertices(&landmarks, &square(), &triangle()).map_err(faults)
+    }
+
+    #[test]
+    fn landmarks_become_the_nearest_vertices() {
+        assert_eq!(placed(&[([0.9, 0.9], 1), ([-0.01, 0.02], 3)]), Ok(vec![[2, 0], [0, 2]]));
+    }
+
+    #[test]
+    fn a_point_inside_a_large_triangle_is_on_the_drawing() {
+        assert_eq!(placed(&[([0.5, 0.4], 2)]).map(|vertices| vertices.len()), Ok(1));
+    }
+
+    #[test]
+    fn everything_off_the_shapes_is_named() {
+        let faults = placed(&[([0., 0.], 1), ([40., 0.], 2), ([f64::NAN, 0.], 0)]).unwrap_err();
+        assert_eq!(faults, ["/landmarks/1/sketch", "/landmarks/2/sketch", "/landmarks/2/mesh"]);
+    }
+}
