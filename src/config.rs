@@ -66,6 +66,9 @@ pub struct ServeOptions {
     /// Most eigenpairs of a spectrum that can be asked for.
     #[arg(long, env = "SKETCHMATCH_MAX_EIGENPAIRS", default_value_t = http::Config::default().max_eigenpairs)]
     pub max_eigenpairs: usize,
+    /// Bytes of memory one job may take, as estimated from its shapes before it is queued.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOB_MEMORY", default_value_t = http::Config::default().max_job_memory)]
+    pub max_job_memory: usize,
     /// Most jobs that wait.
     #[arg(long, env = "SKETCHMATCH_MAX_QUEUE", default_value_t = http::Config::default().max_queue)]
     pub max_queue: usize,
@@ -122,6 +125,7 @@ impl ServeOptions {
             max_uploads_bytes: self.max_uploads_bytes,
             max_triangles: self.max_triangles,
             max_eigenpairs: self.max_eigenpairs,
+            max_job_memory: self.max_job_memory,
             max_queue: self.max_queue,
         }
     }

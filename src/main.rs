@@ -3,6 +3,7 @@
 mod config;
 mod telemetry;
 
+use std::error::Error;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -13,6 +14,7 @@ use clap::Parser;
 use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
+use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
 use config::{Cli, Command, ExampleOptions, MatchOptions, ServeOptions};
@@ -52,12 +54,16 @@ async fn serve(options: &ServeOptions) -> anyhow::Result<()> {
     let shutdown = CancellationToken::new();
     stop_on_signal(shutdown.clone())?;
     tracing::info!(address = %listener.local_addr()?, "listening");
-    let worker = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
-    http::serve(listener, App::new(store, options.http(), measures, shutdown.clone())).await?;
-    shutdown.cancel();
-    worker.await??;
+    let working = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
+    let serving = http::serve(listener, App::new(store, options.http(), measures, shutdown));
+    tokio::try_join!(async { serving.await.context("serving") }, ended(working))?;
     tracing::info!("stopped");
     Ok(())
+}
+
+/// How the workers ended, a panic among the errors.
+async fn ended<E: Error + Send + Sync + 'static>(working: JoinHandle<Result<(), E>>) -> anyhow::Result<()> {
+    working.await.context("the workers broke off")?.context("starting the workers")
 }
 
 /// Cancels `shutdown` at the first SIGTERM or SIGINT.
@@ -184,4 +190,23 @@ fn write_example(options: &ExampleOptions) -> anyhow::Result<()> {
         println!("{}", path.display());
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::pending;
+    use std::io;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn workers_that_break_off_end_the_server() {
+        let panicking: JoinHandle<io::Result<()>> = tokio::spawn(async { panic!("as told") });
+        let failing = tokio::spawn(async { Err(io::Error::other("no threads")) });
+        for (working, reason) in [(panicking, "broke off"), (failing, "starting")] {
+            let serving = pending::<anyhow::Result<()>>();
+            let error = tokio::try_join!(serving, ended(working)).unwrap_err();
+            assert!(error.to_string().contains(reason), "{error:#}");
+        }
+    }
 }

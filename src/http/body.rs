@@ -50,7 +50,11 @@ impl FromRequest<App> for Upload {
 }
 
 /// A body that has to be `application/json`, unread.
-pub struct JsonBody(pub Bytes);
+pub struct JsonBody {
+    pub bytes: Bytes,
+    /// The share of the memory for bodies this one takes until it is dropped.
+    _memory: OwnedSemaphorePermit,
+}
 
 impl FromRequest<App> for JsonBody {
     type Rejection = Problem;
@@ -58,8 +62,8 @@ impl FromRequest<App> for JsonBody {
     async fn from_request(request: Request, app: &App) -> Result<JsonBody, Problem> {
         match media_type(request.headers()) {
             Some(media_type) if is_json(&media_type) => {
-                let (bytes, _) = read(request, app, app.config.max_request_bytes).await?;
-                Ok(JsonBody(bytes))
+                let (bytes, memory) = read(request, app, app.config.max_request_bytes).await?;
+                Ok(JsonBody { bytes, _memory: memory })
             }
             _ => Err(unsupported("this call takes application/json")),
         }
@@ -138,4 +142,29 @@ async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Probl
     }
     let (bytes, media_type, file_name) = file.ok_or_else(|| broken("the form has no part named `file`".to_owned()))?;
     Ok(Upload { bytes, media_type, file_name, _memory: memory })
+}
+
+#[cfg(test)]
+mod tests {
+    use metrics_exporter_prometheus::PrometheusBuilder;
+    use tokio_util::sync::CancellationToken;
+
+    use super::*;
+    use crate::http::Config;
+    use crate::store::testing::fresh;
+
+    #[tokio::test]
+    async fn a_json_body_takes_memory_until_it_is_dropped() {
+        let (_directory, store) = fresh().await;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let all = app.memory.available_permits();
+        let length = 3 * MEMORY_GRAIN;
+        let request = Request::builder().header("content-type", "application/json").header("content-length", length);
+        let body = JsonBody::from_request(request.body(Body::from(vec![b' '; length])).unwrap(), &app).await;
+        let body = body.ok().unwrap();
+        assert_eq!((body.bytes.len(), app.memory.available_permits()), (length, all - 3));
+        drop(body);
+        assert_eq!(app.memory.available_permits(), all);
+    }
 }

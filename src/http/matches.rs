@@ -16,7 +16,7 @@ use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::cursor_fault;
-use super::{App, PREFERENCE_APPLIED, json};
+use super::{App, PREFERENCE_APPLIED, json, memory};
 use crate::mesh::connectivity::largest_component;
 use crate::pipeline::request::MatchRequest;
 use crate::pipeline::{self, Settings, landmarks};
@@ -51,10 +51,11 @@ pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
     wait: Wait,
-    JsonBody(body): JsonBody,
+    body: JsonBody,
 ) -> Result<Response, Problem> {
-    let print = fingerprint(&[&body]);
-    let request = submitted(&app, &body, key.dedupe(&print));
+    let bytes = body.bytes.clone();
+    let print = app.off_runtime(move || fingerprint(&[&bytes])).await?;
+    let request = submitted(&app, body, key.dedupe(&print));
     let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
@@ -69,37 +70,57 @@ pub async fn create(
 }
 
 /// Queues the match that `body` asks for.
-async fn submitted(app: &App, body: &[u8], dedupe: Option<String>) -> Result<Answer, Problem> {
-    let request: MatchRequest = json::parsed(body)?;
-    let settings = settings(app, &request).await?;
+async fn submitted(app: &App, body: JsonBody, dedupe: Option<String>) -> Result<Answer, Problem> {
+    let request = app.off_runtime(move || json::parsed::<MatchRequest>(&body.bytes).map(|request| (request, body)));
+    let (request, _body) = request.await??;
+    let payload = payload(app, request).await?;
     app.room_in_queue().await?;
-    let payload = serde_json::to_value(&settings).map_err(Problem::internal)?;
     let job = app.store.submit(JobKind::Match, &payload, dedupe.as_deref()).await?;
     Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &MatchDocument::from(job))
 }
 
-/// The request with every value filled in, checked against the shapes it names.
+/// The request with every value filled in, in JSON, checked against the shapes it names.
 ///
 /// # Errors
 /// 422 with every fault found.
-async fn settings(app: &App, request: &MatchRequest) -> Result<Settings, Problem> {
+async fn payload(app: &App, request: MatchRequest) -> Result<String, Problem> {
     let mut faults = Vec::new();
     let sketch = vertices(app, Kind::Sketch, &request.sketch, &mut faults).await?;
     let mesh = vertices(app, Kind::Mesh, &request.mesh, &mut faults).await?;
+    let budget = app.config.max_job_memory;
+    let settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
+    let faults = landmark_faults(app, &settings).await?;
+    if !faults.is_empty() {
+        return Err(unfit(faults));
+    }
+    app.off_runtime(move || serde_json::to_string(&settings)).await?.map_err(Problem::internal)
+}
+
+/// 422: the shapes cannot be matched as asked.
+fn unfit(faults: Vec<Fault>) -> Problem {
+    Problem::refused("the match cannot be carried out as asked", faults)
+}
+
+/// The request with every value filled in, for shapes of these many vertices.
+fn settings(
+    request: &MatchRequest,
+    sketch: Option<usize>,
+    mesh: Option<usize>,
+    budget: usize,
+    mut faults: Vec<Fault>,
+) -> Result<Settings, Problem> {
     let settings = Settings::resolve(request);
     if let Ok(settings) = &settings
         && let (Some(sketch), Some(mesh)) = (sketch, mesh)
     {
         faults.extend(pipeline::check(settings, sketch, mesh).into_iter().map(Fault::from));
-        if faults.is_empty() {
-            faults = landmark_faults(app, settings).await?;
-        }
+        faults.extend(memory::faults(settings, sketch, mesh, budget));
     }
     match settings {
         Ok(settings) if faults.is_empty() => Ok(settings),
         settings => {
             faults.extend(settings.err().into_iter().flatten().map(Fault::from));
-            Err(Problem::refused("the match cannot be carried out as asked", faults))
+            Err(unfit(faults))
         }
     }
 }

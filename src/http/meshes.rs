@@ -62,7 +62,8 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let print = fingerprint(&[&upload.bytes, format!("{query:?}").as_bytes()]);
+    let (bytes, asked) = (upload.bytes.clone(), format!("{query:?}"));
+    let print = app.off_runtime(move || fingerprint(&[&bytes, asked.as_bytes()])).await?;
     let store = app.store.clone();
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
@@ -73,7 +74,7 @@ pub async fn upload(
         });
         let (mesh, measures) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
-        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(&mesh, name.as_deref(), body).await?)
+        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, name.as_deref(), body).await?)
     };
     Ok(key.once(&store, "POST /v1/meshes", &print, answer).await?.into_response())
 }

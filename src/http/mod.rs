@@ -10,6 +10,7 @@ mod idempotency;
 mod job_document;
 pub mod json;
 mod matches;
+mod memory;
 pub mod meshes;
 mod npy;
 mod observation;
@@ -65,6 +66,8 @@ pub struct Config {
     pub max_triangles: usize,
     /// Eigenpairs of a spectrum.
     pub max_eigenpairs: usize,
+    /// Bytes of memory a job may take.
+    pub max_job_memory: usize,
     /// Jobs that may wait.
     pub max_queue: usize,
 }
@@ -78,6 +81,7 @@ impl Default for Config {
             max_uploads_bytes: 512 << 20,
             max_triangles: 1_000_000,
             max_eigenpairs: 500,
+            max_job_memory: 8 << 30,
             max_queue: 1000,
         }
     }

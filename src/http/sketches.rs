@@ -73,7 +73,8 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let print = fingerprint(&[&upload.bytes, format!("{query:?}").as_bytes()]);
+    let (bytes, asked) = (upload.bytes.clone(), format!("{query:?}"));
+    let print = app.off_runtime(move || fingerprint(&[&bytes, asked.as_bytes()])).await?;
     let store = app.store.clone();
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
@@ -83,7 +84,7 @@ pub async fn upload(
             app.off_runtime(move || imported(&upload.bytes, upload.media_type.as_deref(), target, &config)).await?;
         let Imported { sketch, warnings } = taken?;
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
-        shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(&sketch, name.as_deref(), body).await?)
+        shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, name.as_deref(), body).await?)
     };
     Ok(key.once(&store, "POST /v1/sketches", &print, answer).await?.into_response())
 }
@@ -180,8 +181,10 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
 pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     shapes::found(&app, Kind::Sketch, &id).await?;
     let sketch = app.store.sketch(&id).await?.ok_or_else(|| Problem::not_found(format_args!("sketch {id}")))?;
-    let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
-    let vertices = Coordinates::Plane(&vertices);
-    let written = serde_json::to_vec(&Geometry { vertices, triangles: sketch.mesh().triangles() });
-    Ok(immutable(&headers, "application/json", written.map_err(Problem::internal)?.into()))
+    let written = app.off_runtime(move || {
+        let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
+        let vertices = Coordinates::Plane(&vertices);
+        serde_json::to_vec(&Geometry { vertices, triangles: sketch.mesh().triangles() })
+    });
+    Ok(immutable(&headers, "application/json", written.await?.map_err(Problem::internal)?.into()))
 }

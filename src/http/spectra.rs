@@ -13,10 +13,10 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::App;
 use super::job_document::{Progress, Status};
-use super::npy;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{immutable, negotiated};
+use super::{memory, npy};
 use crate::mesh::connectivity::{Component, largest_component};
 use crate::spectral::{Boundary, Spectrum};
 use crate::store::{Job, JobKind, Kind, Page, SpectrumKey, SpectrumTask, State as JobState};
@@ -126,37 +126,44 @@ impl Asked {
 
     async fn answer(self, app: &App, headers: &HeaderMap) -> Result<Response, Problem> {
         let form = negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
-        let (component, vertices) = self.component(app).await?;
+        let (component, shape_hash, vertices) = self.component(app).await?;
         let matched = component.vertices.len();
         if self.k >= matched {
             return Err(too_many(matched - 1));
         }
-        let key = SpectrumKey { shape_hash: component.mesh.content_hash(), boundary: self.boundary };
+        if let Some(excess) = memory::excess(matched, self.k, app.config.max_job_memory) {
+            return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
+        }
+        let key = SpectrumKey { shape_hash, boundary: self.boundary };
         let Some(spectrum) = app.store.spectrum(&key, self.k).await? else { return self.pending(app).await };
         if form != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
             return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
         let written = app.off_runtime(move || match form {
-            NPY => Ok(eigenfunctions(&spectrum, &component.vertices, vertices)),
-            SAFETENSORS => tensors(&spectrum, &component.vertices, vertices).map_err(Problem::internal),
+            NPY => Ok(eigenfunctions(&spectrum, self.k, &component.vertices, vertices)),
+            SAFETENSORS => tensors(&spectrum, self.k, &component.vertices, vertices).map_err(Problem::internal),
             _ => self.document(&spectrum),
         });
         Ok(immutable(headers, form, written.await??))
     }
 
-    /// The part of the shape that is decomposed, and the number of all vertices of the shape.
-    async fn component(&self, app: &App) -> Result<(Component, usize), Problem> {
+    /// The part of the shape that is decomposed, the hash of its content, and the number of all vertices of the shape.
+    async fn component(&self, app: &App) -> Result<(Component, blake3::Hash, usize), Problem> {
         let mesh = match self.kind {
             Kind::Mesh => app.store.mesh(&self.id).await?,
             Kind::Sketch => app.store.sketch(&self.id).await?.map(|sketch| sketch.mesh().clone()),
         };
         let mesh = mesh.ok_or_else(|| Problem::not_found(format_args!("{} {}", self.kind.noun(), self.id)))?;
-        let vertices = mesh.positions().len();
-        Ok((app.off_runtime(move || largest_component(&mesh)).await?, vertices))
+        let looked_at = app.off_runtime(move || {
+            let component = largest_component(&mesh);
+            let hash = component.mesh.content_hash();
+            (component, hash, mesh.positions().len())
+        });
+        looked_at.await
     }
 
     fn document(&self, spectrum: &Spectrum) -> Result<Bytes, Problem> {
-        let eigenvalues = spectrum.eigenvalues.clone();
+        let eigenvalues = spectrum.eigenvalues.iter().copied().take(self.k).collect();
         let document = SpectrumDocument { eigenvalues, k: self.k, boundary: self.boundary, cached: true };
         Ok(serde_json::to_vec(&document).map_err(Problem::internal)?.into())
     }
@@ -168,14 +175,15 @@ impl Asked {
     async fn pending(&self, app: &App) -> Result<Response, Problem> {
         let Asked { kind, id, k, boundary } = self;
         let task = SpectrumTask { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
-        let payload = serde_json::to_value(&task).map_err(Problem::internal)?;
+        let payload = serde_json::to_string(&task).map_err(Problem::internal)?;
         let page = Page { after: None, limit: FAILURES_SEEN };
-        let latest = app.store.jobs(JobKind::Spectrum, &page).await?.into_iter().find(|job| job.payload == payload);
+        let mut latest = app.store.jobs(JobKind::Spectrum, &page).await?.into_iter();
+        let latest = latest.find(|job| job.dedupe.as_deref() == Some(&payload));
         if let Some(failure) = latest.filter(|job| job.state == JobState::Failed && is_recent(job)) {
             return Err(Problem::of_job(failure.error.as_ref()));
         }
         app.room_in_queue().await?;
-        let job = app.store.submit(JobKind::Spectrum, &payload, Some(&payload.to_string())).await?;
+        let job = app.store.submit(JobKind::Spectrum, &payload, Some(&payload)).await?;
         let boundary = match boundary {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
@@ -201,10 +209,9 @@ fn is_recent(job: &Job) -> bool {
     since.is_none_or(|since| since < FAILURE_STANDS)
 }
 
-/// The rows of the eigenfunctions in the order of the uploaded file, `vertices` × k; not a number where a vertex is
-/// none of those decomposed.
-fn rows(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> impl Iterator<Item = f64> {
-    let k = spectrum.len();
+/// The rows of the first `k` eigenfunctions in the order of the uploaded file, `vertices` × k; not a number where a
+/// vertex is none of those decomposed.
+fn rows(spectrum: &Spectrum, k: usize, decomposed: &[u32], vertices: usize) -> impl Iterator<Item = f64> {
     let mut row_of = vec![None; vertices];
     for (row, &vertex) in decomposed.iter().enumerate() {
         row_of[vertex as usize] = Some(row);
@@ -215,20 +222,19 @@ fn rows(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> impl Iterat
         .flat_map(move |row| (0..k).map(move |column| row.map_or(f64::NAN, |row| eigenfunctions[(row, column)])))
 }
 
-fn eigenfunctions(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> Bytes {
-    npy::file(vertices, spectrum.len(), rows(spectrum, decomposed, vertices)).into()
+fn eigenfunctions(spectrum: &Spectrum, k: usize, decomposed: &[u32], vertices: usize) -> Bytes {
+    npy::file(vertices, k, rows(spectrum, k, decomposed, vertices)).into()
 }
 
 /// `eigenvalues` (k), `eigenfunctions` (vertices × k) and `mass` (vertices, 0 outside the part decomposed).
-fn tensors(spectrum: &Spectrum, decomposed: &[u32], vertices: usize) -> Result<Bytes, SafeTensorError> {
+fn tensors(spectrum: &Spectrum, k: usize, decomposed: &[u32], vertices: usize) -> Result<Bytes, SafeTensorError> {
     let bytes = |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
     let mut mass = vec![0.0; vertices];
     for (row, &vertex) in decomposed.iter().enumerate() {
         mass[vertex as usize] = spectrum.mass[row];
     }
-    let k = spectrum.len();
-    let eigenvalues = bytes(&mut spectrum.eigenvalues.iter().copied());
-    let eigenfunctions = bytes(&mut rows(spectrum, decomposed, vertices));
+    let eigenvalues = bytes(&mut spectrum.eigenvalues.iter().copied().take(k));
+    let eigenfunctions = bytes(&mut rows(spectrum, k, decomposed, vertices));
     let mass = bytes(&mut mass.into_iter());
     let views = [
         ("eigenvalues", TensorView::new(Dtype::F64, vec![k], &eigenvalues)?),

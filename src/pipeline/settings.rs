@@ -249,7 +249,7 @@ pub fn check(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize) 
 }
 
 /// The sizes (k, l) of the bases after refinement; ZoomOut keeps their proportion.
-pub(super) fn upsampled(settings: &Settings) -> (usize, usize) {
+pub fn upsampled(settings: &Settings) -> (usize, usize) {
     let Basis { k, k_mesh, .. } = settings.basis;
     match settings.refinement {
         Refinement::Zoomout { k: last } => (last, (k_mesh * last).div_ceil(k.max(1))),

@@ -191,6 +191,14 @@ fn scattered(pairs: &Eigenpairs, free: &[usize], n: usize, factor: f64) -> Mat<f
     functions
 }
 
+/// The numbers of eigenpairs that are computed: any other would give another basis of a repeated eigenvalue's functions.
+pub const RUNGS: [usize; 6] = [20, 60, 100, 150, 250, 500];
+
+/// The number of eigenpairs computed where k are asked for: the smallest of [`RUNGS`] that is enough, above them k.
+pub fn rung(k: usize) -> usize {
+    RUNGS.into_iter().find(|&rung| rung >= k).unwrap_or(k)
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -268,6 +276,11 @@ mod tests {
             let scale = (spectrum.eigenvalues[j] * area).max(1.0);
             assert!(residual < 1e-8 * scale, "pair {j}: residual {residual:e}, scale {scale}");
         }
+    }
+
+    #[test]
+    fn the_next_rung_is_computed() {
+        assert_eq!([1, 20, 21, 500, 501].map(rung), [20, 20, 60, 500, 501]);
     }
 
     #[test]

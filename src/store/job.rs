@@ -1,4 +1,5 @@
 use std::fmt::Display;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -80,7 +81,8 @@ pub struct Job {
     /// A version 7 UUID.
     pub id: String,
     pub kind: JobKind,
-    pub payload: Value,
+    /// The name under which no other job is queued until this one has ended.
+    pub dedupe: Option<String>,
     pub state: State,
     /// How often it was claimed, and the token that fences off those who claimed it earlier.
     pub attempt: i64,
@@ -97,6 +99,10 @@ pub struct Job {
 }
 
 impl Job {
+    /// What is read of a row: all but the payload, which may be large and is the worker's alone.
+    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, attempt, stage, fraction, revision, error, created_ms, \
+                                      started_ms, finished_ms";
+
     /// The `Page::after` of the page that begins behind this job.
     pub fn cursor(&self) -> String {
         page::cursor(self.created_ms, &self.id)
@@ -109,7 +115,7 @@ impl<'r> FromRow<'r, AnyRow> for Job {
         Ok(Job {
             id: row.try_get("id")?,
             kind: JobKind::named(row.try_get("kind")?).ok_or_else(|| unknown("kind"))?,
-            payload: serde_json::from_str(row.try_get("payload")?).map_err(sqlx::Error::decode)?,
+            dedupe: row.try_get("dedupe")?,
             state: State::named(row.try_get("state")?).ok_or_else(|| unknown("state"))?,
             attempt: row.try_get("attempt")?,
             stage: row.try_get("stage")?,
@@ -137,6 +143,15 @@ pub fn problem(status: u16, title: &str, detail: impl Display) -> Value {
 pub struct Lease {
     /// The job as it was claimed; its `attempt` is the fencing token.
     pub job: Job,
+    /// What is to be done, in JSON.
+    pub payload: Arc<str>,
+}
+
+impl<'r> FromRow<'r, AnyRow> for Lease {
+    fn from_row(row: &'r AnyRow) -> Result<Lease, sqlx::Error> {
+        let payload: String = row.try_get("payload")?;
+        Ok(Lease { job: Job::from_row(row)?, payload: payload.into() })
+    }
 }
 
 /// What a worker learns when it reports.

@@ -3,6 +3,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use serde_json::Value;
+use sqlx::AssertSqlSafe;
 use uuid::Uuid;
 
 use super::{Beat, Job, JobKind, Lease, Page, State, Store, StoreError, problem};
@@ -17,19 +18,23 @@ pub const MAX_TRIES: i64 = 8;
 const LEASE_MS: i64 = LEASE.as_millis() as i64;
 
 impl Store {
-    /// Puts a job into the queue; an unfinished job with the same `dedupe` is returned instead of a new one.
+    /// Puts a job into the queue, its payload in JSON; an unfinished job with the same `dedupe` is returned instead of a
+    /// new one.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn submit(&self, kind: JobKind, payload: &Value, dedupe: Option<&str>) -> Result<Job, StoreError> {
-        let sql = "INSERT INTO jobs (id, kind, payload, dedupe, priority, state, created_ms) \
-                   VALUES ($1, $2, $3, $4, $5, 'queued', (SELECT now_ms FROM clock)) \
-                   ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') \
-                   DO UPDATE SET dedupe = excluded.dedupe RETURNING *";
-        let query = sqlx::query_as(sql)
+    pub async fn submit(&self, kind: JobKind, payload: &str, dedupe: Option<&str>) -> Result<Job, StoreError> {
+        let sql = format!(
+            "INSERT INTO jobs (id, kind, payload, dedupe, priority, state, created_ms) \
+             VALUES ($1, $2, $3, $4, $5, 'queued', (SELECT now_ms FROM clock)) \
+             ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') \
+             DO UPDATE SET dedupe = excluded.dedupe RETURNING {}",
+            Job::COLUMNS
+        );
+        let query = sqlx::query_as(AssertSqlSafe(sql))
             .bind(Uuid::now_v7().to_string())
             .bind(kind.as_str())
-            .bind(payload.to_string())
+            .bind(payload)
             .bind(dedupe)
             .bind(kind.priority());
         // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
@@ -51,7 +56,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
-        Ok(sqlx::query_as("SELECT * FROM jobs WHERE id = $1").bind(id).fetch_optional(&self.pool).await?)
+        let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).fetch_optional(&self.pool).await?)
     }
 
     /// Jobs of one kind, newest first.
@@ -60,9 +66,16 @@ impl Store {
     /// [`StoreError::Cursor`], or what the database said.
     pub async fn jobs(&self, kind: JobKind, page: &Page) -> Result<Vec<Job>, StoreError> {
         let (created_ms, id) = page.bound()?;
-        let sql = "SELECT * FROM jobs WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
-                   ORDER BY created_ms DESC, id DESC LIMIT $4";
-        let query = sqlx::query_as(sql).bind(kind.as_str()).bind(created_ms).bind(id).bind(i64::from(page.limit));
+        let sql = format!(
+            "SELECT {} FROM jobs WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
+             ORDER BY created_ms DESC, id DESC LIMIT $4",
+            Job::COLUMNS
+        );
+        let query = sqlx::query_as(AssertSqlSafe(sql))
+            .bind(kind.as_str())
+            .bind(created_ms)
+            .bind(id)
+            .bind(i64::from(page.limit));
         Ok(query.fetch_all(&self.pool).await?)
     }
 
@@ -76,8 +89,8 @@ impl Store {
                    lease_ms = (SELECT now_ms FROM clock) + $1 \
                    WHERE state = 'queued' AND id = (SELECT id FROM jobs WHERE state = 'queued' \
                    ORDER BY priority, created_ms, id LIMIT 1) RETURNING *";
-        let jobs: Vec<Job> = sqlx::query_as(sql).bind(LEASE_MS).fetch_all(&self.pool).await?;
-        let lease = jobs.into_iter().next().map(|job| Lease { job });
+        let leases: Vec<Lease> = sqlx::query_as(sql).bind(LEASE_MS).fetch_all(&self.pool).await?;
+        let lease = leases.into_iter().next();
         if lease.is_some() {
             self.announce();
         }

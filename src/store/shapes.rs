@@ -73,12 +73,12 @@ impl Store {
     /// What the disk or the database said.
     pub async fn insert_mesh(
         &self,
-        mesh: &TriangleMesh,
+        mesh: TriangleMesh,
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let id = Kind::Mesh.id(mesh.content_hash());
-        self.insert(Kind::Mesh, &id, encode(mesh, None), name, body).await
+        let content = move || (Kind::Mesh.id(mesh.content_hash()), encode(&mesh, None));
+        self.insert(Kind::Mesh, content, name, body).await
     }
 
     /// Keeps a sketch; the shape and whether its content is new. What is there already stays as it is.
@@ -87,30 +87,31 @@ impl Store {
     /// What the disk or the database said.
     pub async fn insert_sketch(
         &self,
-        sketch: &Sketch,
+        sketch: Sketch,
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let id = Kind::Sketch.id(sketch.content_hash());
-        let y_axis = y_axis_name(sketch.y_axis());
-        self.insert(Kind::Sketch, &id, encode(sketch.mesh(), Some((Y_AXIS, y_axis))), name, body).await
+        let note = (Y_AXIS, y_axis_name(sketch.y_axis()));
+        let content = move || (Kind::Sketch.id(sketch.content_hash()), encode(sketch.mesh(), Some(note)));
+        self.insert(Kind::Sketch, content, name, body).await
     }
 
+    /// Keeps a shape whose id and bytes `content` takes its time to tell.
     async fn insert(
         &self,
         kind: Kind,
-        id: &str,
-        bytes: Result<Vec<u8>, SafeTensorError>,
+        content: impl FnOnce() -> (String, Result<Vec<u8>, SafeTensorError>) + Send + 'static,
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let bytes = bytes.map_err(|error| StoreError::damaged(id, error))?;
-        self.blobs.put(&blob(id), bytes).await?;
+        let (id, bytes) = blocking(move || Ok(content())).await?;
+        let bytes = bytes.map_err(|error| StoreError::damaged(&id, error))?;
+        self.blobs.put(&blob(&id), bytes).await?;
         let sql = "INSERT INTO shapes (id, kind, name, body, created_ms) \
                    VALUES ($1, $2, $3, $4, (SELECT now_ms FROM clock)) ON CONFLICT (id) DO NOTHING";
-        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(body.to_string());
+        let query = sqlx::query(sql).bind(&id).bind(kind.as_str()).bind(name).bind(body.to_string());
         let new = query.execute(&self.pool).await?.rows_affected() == 1;
-        let shape = self.shape(kind, id).await?.ok_or(sqlx::Error::RowNotFound)?;
+        let shape = self.shape(kind, &id).await?.ok_or(sqlx::Error::RowNotFound)?;
         Ok((shape, new))
     }
 
@@ -241,9 +242,9 @@ mod tests {
     #[tokio::test]
     async fn a_mesh_is_kept_whole_and_once() {
         let (directory, store) = fresh().await;
-        let (shape, new) = store.insert_mesh(&square(0.1), Some("one"), json!({"a": 1})).await.unwrap();
+        let (shape, new) = store.insert_mesh(square(0.1), Some("one"), json!({"a": 1})).await.unwrap();
         assert!(new && shape.id.starts_with("mesh_") && shape.id.len() == 37, "{shape:?}");
-        let (again, new) = store.insert_mesh(&square(0.1), Some("two"), json!({"a": 2})).await.unwrap();
+        let (again, new) = store.insert_mesh(square(0.1), Some("two"), json!({"a": 2})).await.unwrap();
         assert!(!new);
         assert_eq!(again, shape);
         drop(store);
@@ -258,7 +259,7 @@ mod tests {
     async fn a_sketch_keeps_its_axis() {
         let (_directory, store) = fresh().await;
         for y_axis in [YAxis::Up, YAxis::Down] {
-            let (shape, new) = store.insert_sketch(&drawing(y_axis), None, json!({})).await.unwrap();
+            let (shape, new) = store.insert_sketch(drawing(y_axis), None, json!({})).await.unwrap();
             assert!(new && shape.id.starts_with("sketch_"), "{shape:?}");
             assert_eq!(store.sketch(&shape.id).await.unwrap(), Some(drawing(y_axis)));
             assert_eq!(store.mesh(&shape.id).await.unwrap(), None);
@@ -269,9 +270,9 @@ mod tests {
     async fn pages_go_from_the_newest_to_the_oldest() {
         let (_directory, store) = fresh().await;
         for x in 0..5 {
-            store.insert_mesh(&square(f64::from(x)), None, json!({})).await.unwrap();
+            store.insert_mesh(square(f64::from(x)), None, json!({})).await.unwrap();
         }
-        store.insert_sketch(&drawing(YAxis::Up), None, json!({})).await.unwrap();
+        store.insert_sketch(drawing(YAxis::Up), None, json!({})).await.unwrap();
         let whole = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
         assert_eq!(whole.len(), 5);
         assert!(whole.is_sorted_by_key(|shape| std::cmp::Reverse((shape.created_ms, shape.id.clone()))));

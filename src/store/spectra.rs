@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::tensors::{self, Array};
 use super::{Kind, Store, StoreError, blocking};
-use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum};
+use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum, rung};
 
 /// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
 const OPERATOR: &str = "cotangent-mixed";
@@ -39,19 +39,27 @@ impl SpectrumKey {
 }
 
 impl Store {
-    /// The first `k` eigenpairs where at least as many are cached.
+    /// At least `k` eigenpairs where they are cached, and just those that would be computed: [`rung`] of them, or all
+    /// there are. A longer spectrum cut short has other functions within repeated eigenvalues. A damaged blob is
+    /// deleted, so that it can be written anew.
     ///
     /// # Errors
     /// What the disk said.
     pub async fn spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
         let folder = key.folder();
         let cached = self.blobs.names(&folder).await?;
-        let Some(length) = cached.iter().filter_map(|name| length(name)).filter(|&length| length >= k).min() else {
-            return Ok(None);
-        };
+        let lengths = cached.iter().filter_map(|name| length(name));
+        let Some(length) = lengths.filter(|length| (k..=rung(k)).contains(length)).max() else { return Ok(None) };
         let name = blob(&folder, length);
         let Some(bytes) = self.blobs.read(&name).await? else { return Ok(None) };
-        blocking(move || decode(&bytes, k).map(Some).map_err(|error| StoreError::damaged(name, error))).await
+        match blocking(move || Ok(decode(&bytes, length))).await? {
+            Ok(spectrum) => Ok(Some(spectrum)),
+            Err(error) => {
+                tracing::warn!(%error, name, "a damaged spectrum is deleted");
+                self.blobs.delete(&name).await?;
+                Ok(None)
+            }
+        }
     }
 
     /// Caches a spectrum under its number of eigenpairs.
@@ -85,14 +93,14 @@ fn encode(spectrum: &Spectrum) -> Result<Vec<u8>, SafeTensorError> {
     tensors::encode(&arrays, None)
 }
 
-/// The first `k` of the pairs in the file.
+/// The `k` pairs in the file.
 fn decode(bytes: &[u8], k: usize) -> Result<Spectrum, SafeTensorError> {
     let file = SafeTensors::deserialize(bytes)?;
     let values = tensors::matrix(&file, "eigenvalues", Dtype::F64)?;
     let functions = tensors::matrix(&file, "eigenfunctions", Dtype::F64)?;
     let mass = tensors::matrix(&file, "mass", Dtype::F64)?;
     let n = mass.rows;
-    if values.rows < k || functions.rows != n || functions.columns != values.rows {
+    if values.rows != k || functions.rows != n || functions.columns != values.rows {
         return Err(SafeTensorError::TensorInvalidInfo);
     }
     Ok(Spectrum {
@@ -128,16 +136,23 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_longer_spectrum_serves_a_shorter_request_and_not_the_reverse() {
+    async fn all_there_are_serve_any_request_on_their_rung() {
         let (_directory, store) = fresh().await;
         assert_eq!(store.spectrum(&KEY, 1).await.unwrap(), None);
         store.put_spectrum(&KEY, &numbered(9, 5)).await.unwrap();
-        let found = store.spectrum(&KEY, 3).await.unwrap().unwrap();
-        let whole = numbered(9, 5);
-        assert_eq!(found.eigenvalues, whole.eigenvalues[..3]);
-        assert_eq!(found.eigenfunctions, whole.eigenfunctions.subcols(0, 3));
-        assert_eq!(found.mass, whole.mass);
+        assert_eq!(store.spectrum(&KEY, 3).await.unwrap(), Some(numbered(9, 5)));
         assert_eq!(store.spectrum(&KEY, 6).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn what_is_served_does_not_depend_on_what_else_is_cached() {
+        let (_directory, store) = fresh().await;
+        store.put_spectrum(&KEY, &numbered(70, 60)).await.unwrap();
+        assert_eq!(store.spectrum(&KEY, 20).await.unwrap(), None);
+        assert_eq!(store.spectrum(&KEY, 21).await.unwrap(), Some(numbered(70, 60)));
+        store.put_spectrum(&KEY, &numbered(70, 20)).await.unwrap();
+        assert_eq!(store.spectrum(&KEY, 7).await.unwrap(), Some(numbered(70, 20)));
+        assert_eq!(store.spectrum(&KEY, 60).await.unwrap(), Some(numbered(70, 60)));
     }
 
     #[tokio::test]
@@ -151,10 +166,15 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_damaged_blob_is_named() {
+    async fn a_damaged_blob_is_written_anew() {
         let (_directory, store) = fresh().await;
-        store.blobs.put(&blob(&KEY.folder(), 5), &b"no tensors"[..]).await.unwrap();
-        let error = store.spectrum(&KEY, 5).await.unwrap_err();
-        assert!(error.to_string().contains("5.safetensors is damaged"), "{error}");
+        let shorter = encode(&numbered(9, 4)).unwrap();
+        for damaged in [b"no tensors".to_vec(), shorter] {
+            store.blobs.put(&blob(&KEY.folder(), 5), damaged).await.unwrap();
+            assert_eq!(store.spectrum(&KEY, 5).await.unwrap(), None);
+            store.put_spectrum(&KEY, &numbered(9, 5)).await.unwrap();
+            assert_eq!(store.spectrum(&KEY, 5).await.unwrap(), Some(numbered(9, 5)));
+            store.blobs.delete(&blob(&KEY.folder(), 5)).await.unwrap();
+        }
     }
 }

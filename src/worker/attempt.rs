@@ -14,7 +14,7 @@ use super::failure::Failure;
 use super::measures::{self, Ended};
 use super::progress::Progress;
 use super::spectra::CachedSpectra;
-use crate::store::{Beat, Job, Lease, Store, StoreError};
+use crate::store::{Beat, Lease, Store, StoreError};
 
 /// How often progress is reported, and cancelling noticed; a fraction of the lease.
 const BEAT: Duration = Duration::from_millis(500);
@@ -31,7 +31,7 @@ pub(super) struct Bench {
 }
 
 /// What a job does, on a thread of the pool.
-type Body = dyn Fn(&Bench, &Job, &Progress) -> Outcome + Send + Sync;
+type Body = dyn Fn(&Bench, &Lease, &Progress) -> Outcome + Send + Sync;
 
 /// The result's bytes.
 pub(super) type Outcome = Result<Bytes, Failure>;
@@ -54,7 +54,7 @@ pub(super) async fn attempt(bench: &Arc<Bench>, lease: Lease) {
 
 async fn carry_out(bench: &Arc<Bench>, lease: &Lease) -> Ended {
     let progress = Arc::new(Progress::default());
-    let mut ended = start(bench, lease.job.clone(), progress.clone());
+    let mut ended = start(bench, lease.clone(), progress.clone());
     let mut timer = interval_at(Instant::now() + BEAT, BEAT);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut taken_away = None;
@@ -100,11 +100,11 @@ async fn beaten(store: &Store, lease: &Lease, progress: &Progress) -> Option<End
 }
 
 /// Starts the computation on the pool; the receiver gets its outcome, a panic included.
-fn start(bench: &Arc<Bench>, job: Job, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
+fn start(bench: &Arc<Bench>, lease: Lease, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
     let (sender, receiver) = oneshot::channel();
     let bench_there = bench.clone();
     bench.pool.spawn(move || {
-        let run = AssertUnwindSafe(|| (bench_there.body)(&bench_there, &job, &progress));
+        let run = AssertUnwindSafe(|| (bench_there.body)(&bench_there, &lease, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
         // Nobody listens any more when the bench has stopped.
         let _ = sender.send(outcome);

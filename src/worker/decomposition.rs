@@ -6,12 +6,11 @@ use super::failure::Failure;
 use super::progress::Progress;
 use crate::mesh::connectivity;
 use crate::pipeline::Spectra;
-use crate::store::{Job, Kind, SpectrumTask};
+use crate::store::{Kind, Lease, SpectrumTask};
 
 /// The eigenvalues of a stored shape's largest component, as JSON; the whole spectrum is then in the cache.
-pub(super) fn run(bench: &Bench, job: &Job, progress: &Progress) -> Result<Bytes, Failure> {
-    let task: SpectrumTask =
-        serde_json::from_value(job.payload.clone()).map_err(|error| Failure::internal(error, false))?;
+pub(super) fn run(bench: &Bench, lease: &Lease, progress: &Progress) -> Result<Bytes, Failure> {
+    let task: SpectrumTask = serde_json::from_str(&lease.payload).map_err(|error| Failure::internal(error, false))?;
     let SpectrumTask { shape, kind, k, boundary } = task;
     let mesh = match kind {
         Kind::Mesh => bench.runtime.block_on(bench.store.mesh(&shape))?,
@@ -20,5 +19,6 @@ pub(super) fn run(bench: &Bench, job: &Job, progress: &Progress) -> Result<Bytes
     let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no {} {shape}", kind.as_str()), &[]))?;
     let component = connectivity::largest_component(&mesh);
     let spectrum = bench.spectra.spectrum(&component.mesh, k, boundary, progress)?;
-    Ok(json!({ "eigenvalues": spectrum.eigenvalues, "k": k, "boundary": boundary }).to_string().into())
+    let eigenvalues = &spectrum.eigenvalues[..k.min(spectrum.len())];
+    Ok(json!({ "eigenvalues": eigenvalues, "k": k, "boundary": boundary }).to_string().into())
 }

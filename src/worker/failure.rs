@@ -3,6 +3,7 @@ use std::fmt::Display;
 use serde_json::{Value, json};
 
 use crate::numerics::block_lanczos::EigenError;
+use crate::numerics::cholesky::FactorisationError;
 use crate::pipeline::{Fault, MatchError};
 use crate::spectral::SpectralError;
 use crate::store::{StoreError, problem};
@@ -32,6 +33,18 @@ impl Failure {
         let problem = problem(500, "Internal Server Error", "the computation failed; the log of the server says why");
         Failure::Problem { problem, retry }
     }
+
+    /// No spectrum: refused where the shape is to blame, else our fault; `told` says it in full.
+    fn spectral(cause: SpectralError, told: impl Display) -> Failure {
+        match cause {
+            SpectralError::TooMany { .. }
+            | SpectralError::NoMass
+            | SpectralError::Eigen(EigenError::Factorisation(FactorisationError::NotPositiveDefinite)) => {
+                Failure::refused(told, &[])
+            }
+            SpectralError::Eigen(_) => Failure::internal(told, false),
+        }
+    }
 }
 
 impl From<StoreError> for Failure {
@@ -44,7 +57,7 @@ impl From<SpectralError> for Failure {
     fn from(error: SpectralError) -> Failure {
         match error {
             SpectralError::Eigen(EigenError::Cancelled(_)) => Failure::Stopped,
-            error => Failure::refused(error, &[]),
+            error => Failure::spectral(error, error),
         }
     }
 }
@@ -54,7 +67,69 @@ impl From<MatchError> for Failure {
         match error {
             MatchError::Cancelled(_) => Failure::Stopped,
             MatchError::Faults(ref faults) => Failure::refused(&error, faults),
-            error => Failure::refused(error, &[]),
+            MatchError::Spectrum { error: cause, .. } => Failure::spectral(cause, error),
+            MatchError::Map(_) | MatchError::Refinement(_) => Failure::internal(error, false),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::correspondence::icp::IcpError;
+    use crate::functional_map::MapError;
+    use crate::numerics::{Cancelled, DecompositionError};
+
+    /// The status of the problem a job is left with; nothing where it was stopped.
+    fn status(failure: impl Into<Failure>) -> Option<u64> {
+        match failure.into() {
+            Failure::Stopped => None,
+            Failure::Problem { problem, .. } => problem["status"].as_u64(),
+        }
+    }
+
+    fn of_factor(error: FactorisationError) -> SpectralError {
+        SpectralError::Eigen(EigenError::Factorisation(error))
+    }
+
+    #[test]
+    fn what_the_shapes_rule_out_is_refused() {
+        for error in [
+            SpectralError::TooMany { k: 7, most: 6 },
+            SpectralError::NoMass,
+            of_factor(FactorisationError::NotPositiveDefinite),
+        ] {
+            assert_eq!(status(error), Some(422), "{error}");
+            assert_eq!(status(MatchError::Spectrum { shape: "mesh", error }), Some(422), "{error}");
+        }
+        let fault = Fault { pointer: "/basis/k".to_owned(), detail: "too many".to_owned() };
+        assert_eq!(status(MatchError::Faults(vec![fault])), Some(422));
+    }
+
+    #[test]
+    fn what_we_could_not_do_is_our_fault() {
+        for error in [
+            SpectralError::Eigen(EigenError::NotConverged),
+            of_factor(FactorisationError::Singular),
+            of_factor(FactorisationError::OutOfMemory),
+        ] {
+            assert_eq!(status(error), Some(500), "{error}");
+            assert_eq!(status(MatchError::Spectrum { shape: "mesh", error }), Some(500), "{error}");
+        }
+        let decomposition = DecompositionError::Eigenvalues { size: 3 };
+        for error in [
+            MapError::Shape { matrix: "C", found: (1, 2), wanted: (2, 1) },
+            MapError::NotFinite { matrix: "C", row: 0, column: 0 },
+            MapError::Decomposition(decomposition),
+        ] {
+            assert_eq!(status(MatchError::Map(error)), Some(500), "{error}");
+        }
+        assert_eq!(status(MatchError::Refinement(IcpError::Decomposition(decomposition))), Some(500));
+    }
+
+    #[test]
+    fn who_is_told_to_stop_leaves_no_problem() {
+        assert_eq!(status(SpectralError::Eigen(EigenError::Cancelled(Cancelled))), None);
+        assert_eq!(status(MatchError::Cancelled(Cancelled)), None);
     }
 }

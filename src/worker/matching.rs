@@ -7,12 +7,11 @@ use super::failure::Failure;
 use super::measures;
 use super::progress::Progress;
 use crate::pipeline::{self, Settings, Surroundings};
-use crate::store::Job;
+use crate::store::Lease;
 
 /// The correspondence of a sketch and a mesh as JSON.
-pub(super) fn run(bench: &Bench, job: &Job, progress: &Progress) -> Result<Bytes, Failure> {
-    let settings: Settings =
-        serde_json::from_value(job.payload.clone()).map_err(|error| Failure::internal(error, false))?;
+pub(super) fn run(bench: &Bench, lease: &Lease, progress: &Progress) -> Result<Bytes, Failure> {
+    let settings: Settings = serde_json::from_str(&lease.payload).map_err(|error| Failure::internal(error, false))?;
     let sketch = bench.runtime.block_on(bench.store.sketch(&settings.sketch))?;
     let sketch = sketch.ok_or_else(|| Failure::refused(format_args!("there is no sketch {}", settings.sketch), &[]))?;
     let mesh = bench.runtime.block_on(bench.store.mesh(&settings.mesh))?;
@@ -22,6 +21,6 @@ pub(super) fn run(bench: &Bench, job: &Job, progress: &Progress) -> Result<Bytes
     let surroundings = Surroundings { spectra: &bench.spectra, watcher: progress, clock: &clock };
     let mut result = pipeline::run(&sketch, &mesh, &settings, &surroundings)?;
     measures::stages(&result.timings_ms);
-    result.id = Some(job.id.clone());
+    result.id = Some(lease.job.id.clone());
     Ok(serde_json::to_vec(&result).map_err(|error| Failure::internal(error, false))?.into())
 }

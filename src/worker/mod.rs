@@ -24,7 +24,7 @@ use tokio::time::{sleep, timeout};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use crate::store::{Job, JobKind, LEASE, Store};
+use crate::store::{JobKind, LEASE, Lease, Store};
 use attempt::{Bench, Outcome};
 use progress::Progress;
 
@@ -57,10 +57,10 @@ pub async fn run(store: Store, config: Config, shutdown: CancellationToken) -> R
     Ok(())
 }
 
-fn compute(bench: &Bench, job: &Job, progress: &Progress) -> Outcome {
-    match job.kind {
-        JobKind::Match => matching::run(bench, job, progress),
-        JobKind::Spectrum => decomposition::run(bench, job, progress),
+fn compute(bench: &Bench, lease: &Lease, progress: &Progress) -> Outcome {
+    match lease.job.kind {
+        JobKind::Match => matching::run(bench, lease, progress),
+        JobKind::Spectrum => decomposition::run(bench, lease, progress),
     }
 }
 

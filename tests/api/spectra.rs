@@ -73,3 +73,16 @@ async fn more_eigenpairs_than_there_are_cannot_be_asked_for() {
     let problem = problem_of(answer, 422).await;
     assert_eq!(problem["errors"], json!([{"place": "query parameter k", "detail": "k is from 1 to 177 here"}]));
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn more_than_a_job_may_take_cannot_be_asked_for() {
+    let server = Server::idle(Config { max_job_memory: 1 << 10, ..Config::default() }).await;
+    let path = format!("/v1/sketches/{}/spectrum", server.sketch().await);
+    let problem = problem_of(server.get(&path).send().await.unwrap(), 422).await;
+    assert_eq!(problem["errors"][0]["place"], "query parameter k", "{problem}");
+    let answer = server.request_match(json!({})).await.send().await.unwrap();
+    let problem = problem_of(answer, 422).await;
+    let pointers = [0, 1].map(|i| problem["errors"][i]["pointer"].as_str());
+    assert_eq!(pointers, [Some("/basis/k"), Some("/basis/k_mesh")], "{problem}");
+    assert_eq!(server.read("/v1/matches").await["items"], json!([]));
+}

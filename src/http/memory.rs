@@ -1,0 +1,88 @@
+//! How much memory a job takes: what would take more than there is for one is not queued.
+
+use super::problem::Fault;
+use crate::pipeline::Settings;
+use crate::pipeline::settings::upsampled;
+use crate::spectral::{RUNGS, rung};
+
+/// Numbers per vertex beside those that grow with the number of eigenpairs: the mesh, its operator, the blocks of the
+/// eigenvalue solver, descriptors.
+const FIXED: usize = 224;
+
+/// Numbers per vertex and eigenpair: the Krylov basis, which is up to three times as long, its rotation, the result.
+const PER_PAIR: usize = 6;
+
+/// Bytes per vertex of the Cholesky factor, as fill-in is on surfaces.
+const FACTOR: usize = 2048;
+
+/// The bytes a spectrum of at least `k` eigenpairs takes at its peak, about, on a shape of these many vertices.
+fn of_spectrum(vertices: usize, k: usize) -> usize {
+    let numbers = rung(k).saturating_mul(PER_PAIR).saturating_add(FIXED);
+    numbers.saturating_mul(size_of::<f64>()).saturating_add(FACTOR).saturating_mul(vertices)
+}
+
+/// What is wrong with asking for `k` eigenpairs of a shape of these many vertices with `budget` bytes.
+pub fn excess(vertices: usize, k: usize, budget: usize) -> Option<String> {
+    let needed = of_spectrum(vertices, k);
+    let most = RUNGS.into_iter().rev().find(|&rung| of_spectrum(vertices, rung) <= budget);
+    let remedy = most.map_or("no number of them fits".to_owned(), |most| format!("up to {most} fit"));
+    (needed > budget).then(|| {
+        let mebibytes = |bytes: usize| bytes.div_ceil(1 << 20);
+        format!(
+            "{k} eigenpairs of {vertices} vertices take about {} MiB, a job may take {} MiB: {remedy}",
+            mebibytes(needed),
+            budget >> 20
+        )
+    })
+}
+
+/// The spectra that settings need and a job of `budget` bytes cannot have, on shapes of these many vertices.
+pub fn faults(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize, budget: usize) -> Vec<Fault> {
+    let (basis, (k, l)) = (&settings.basis, upsampled(settings));
+    let refined = (k, l) != (basis.k, basis.k_mesh);
+    let of_basis = ["/basis/k", "/basis/k_mesh"];
+    let spectra = [(sketch_vertices, k), (mesh_vertices, l)].into_iter().zip(of_basis);
+    spectra
+        .filter_map(|((vertices, k), pointer)| {
+            Some(Fault::at_pointer(if refined { "/refinement/k" } else { pointer }, excess(vertices, k, budget)?))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::request::{MatchRequest, Preset};
+
+    const GIB: usize = 1 << 30;
+
+    #[test]
+    fn a_spectrum_takes_what_its_rung_takes() {
+        assert_eq!(of_spectrum(1000, 20), 1000 * ((6 * 20 + 224) * 8 + 2048));
+        assert_eq!(of_spectrum(1000, 7), of_spectrum(1000, 20));
+        assert_eq!(of_spectrum(usize::MAX, usize::MAX), usize::MAX);
+    }
+
+    #[test]
+    fn what_fits_is_said_and_asking_for_it_is_accepted() {
+        let refusal = excess(500_000, 500, 8 * GIB).unwrap();
+        assert!(refusal.ends_with("up to 250 fit"), "{refusal}");
+        assert_eq!(excess(500_000, 250, 8 * GIB), None);
+        assert!(excess(500_000, 1, GIB).unwrap().ends_with("no number of them fits"));
+    }
+
+    #[test]
+    fn faults_name_the_number_that_is_too_large() {
+        let request = |text: &str| serde_json::from_str::<MatchRequest>(text).unwrap();
+        let pointers = |text: &str| {
+            let settings = Settings::resolve(&request(text)).unwrap();
+            let faults = faults(&settings, 800, 500_000, 3 * GIB);
+            faults.into_iter().filter_map(|fault| fault.pointer).collect::<Vec<_>>()
+        };
+        let preset = serde_json::to_string(&Preset::Thesis).unwrap();
+        let with = |rest: &str| format!(r#"{{"mesh": "m", "sketch": "s", "preset": {preset}{rest}}}"#);
+        assert!(pointers(&with("")).is_empty());
+        assert_eq!(pointers(&with(r#", "basis": {"k": 20, "k_mesh": 60}"#)), ["/basis/k_mesh"]);
+        assert_eq!(pointers(&with(r#", "refinement": {"method": "zoomout", "k": 60}"#)), ["/refinement/k"]);
+    }
+}
