@@ -191,14 +191,6 @@ fn scattered(pairs: &Eigenpairs, free: &[usize], n: usize, factor: f64) -> Mat<f
     functions
 }
 
-/// The numbers of eigenpairs that are computed: any other would give another basis of a repeated eigenvalue's functions.
-pub const RUNGS: [usize; 6] = [20, 60, 100, 150, 250, 500];
-
-/// The number of eigenpairs computed where k are asked for: the smallest of [`RUNGS`] that is enough, above them k.
-pub fn rung(k: usize) -> usize {
-    RUNGS.into_iter().find(|&rung| rung >= k).unwrap_or(k)
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
