@@ -1,5 +1,6 @@
 use std::path::Path;
 use std::sync::Arc;
+use std::{fs, io};
 
 use bytes::Bytes;
 use futures::TryStreamExt;
@@ -12,8 +13,10 @@ use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode};
 pub(super) struct Blobs(Arc<dyn ObjectStore>);
 
 impl Blobs {
-    /// Files under `directory`, on the disk before a write returns.
+    /// Files under `directory`, on the disk before a write returns. To be opened by one process at a time: what a killed
+    /// one has left unfinished is removed.
     pub fn local(directory: &Path) -> Result<Blobs, Error> {
+        remove_unfinished(directory).map_err(|error| Error::Generic { store: "blobs", source: error.into() })?;
         Ok(Blobs(Arc::new(LocalFileSystem::new_with_prefix(directory)?.with_fsync(true))))
     }
 
@@ -45,5 +48,40 @@ impl Blobs {
     /// The names of all blobs in a folder, in no order.
     pub async fn names(&self, folder: &str) -> Result<Vec<String>, Error> {
         self.0.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string()).try_collect().await
+    }
+}
+
+/// Deletes the files `object_store` writes to before it gives them their names, `NAME#NUMBER`; it never lists them.
+fn remove_unfinished(directory: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(directory)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            remove_unfinished(&entry.path())?;
+        } else if is_unfinished(&entry.file_name().to_string_lossy()) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+fn is_unfinished(name: &str) -> bool {
+    name.rsplit_once('#')
+        .is_some_and(|(_, number)| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn what_a_killed_process_left_unfinished_is_removed() {
+        let directory = tempfile::tempdir().unwrap();
+        let blobs = Blobs::local(directory.path()).unwrap();
+        blobs.put("results/job/1", "whole").await.unwrap();
+        let unfinished = directory.path().join("results/job/2#17");
+        fs::write(&unfinished, "half").unwrap();
+        let blobs = Blobs::local(directory.path()).unwrap();
+        assert!(!unfinished.exists());
+        assert_eq!(blobs.read("results/job/1").await.unwrap().unwrap(), "whole");
     }
 }
