@@ -16,23 +16,26 @@ impl Diagonal {
         Diagonal { offset: 0.0, slope: rows as f64 / columns.max(1) as f64 }
     }
 
-    /// The least-squares line, residuals counted in rows, through `places` (row, column) of a rows × columns matrix.
+    /// The line of least squares through `places` (row, column) of a rows × columns matrix, distances counted at right
+    /// angles as in [`Diagonal::distance`], so that neither shape is the one without error.
     ///
     /// A few places far off can turn it until it is no diagonal. If its slope is negative or not within a factor of 10
-    /// of the plain diagonal's, or all places lie in one column, it is the plain diagonal instead.
+    /// of the plain diagonal's, or all places lie in one row or column, it is the plain diagonal instead.
     pub fn through(places: &[(usize, usize)], rows: usize, columns: usize) -> Self {
         let plain = Diagonal::plain(rows, columns);
         let count = places.len() as f64;
         let mean_row = places.iter().map(|place| place.0 as f64).sum::<f64>() / count;
         let mean_column = places.iter().map(|place| place.1 as f64).sum::<f64>() / count;
-        let (mut covariance, mut variance) = (0.0, 0.0);
+        let (mut of_rows, mut of_columns, mut covariance) = (0.0, 0.0, 0.0);
         for &(row, column) in places {
-            let off_centre = column as f64 - mean_column;
-            covariance += off_centre * (row as f64 - mean_row);
-            variance += off_centre * off_centre;
+            let (row, column) = (row as f64 - mean_row, column as f64 - mean_column);
+            of_rows += row * row;
+            of_columns += column * column;
+            covariance += row * column;
         }
-        // Without variance, and without places, the slope is not a number and in no range.
-        let slope = covariance / variance;
+        // The principal axis. Without covariance, and without places, the slope is in no range or not a number.
+        let excess: f64 = of_rows - of_columns;
+        let slope = (excess + excess.hypot(2.0 * covariance)) / (2.0 * covariance);
         if SLOPES.contains(&(slope / plain.slope)) {
             Diagonal { offset: mean_row - slope * mean_column, slope }
         } else {
@@ -60,10 +63,13 @@ mod tests {
     }
 
     #[test]
-    fn the_fit_is_least_squares_in_rows() {
-        // Worked by hand: columns 0, 1, 2 and rows 0, 2, 1 give slope 1/2 and offset 1/2.
+    fn the_fit_is_least_squares_at_right_angles() {
+        // Worked by hand: of columns 0, 1, 2 and rows 0, 2, 1 both variances are 2 and the covariance is 1.
         let line = Diagonal::through(&[(0, 0), (2, 1), (1, 2)], 3, 3);
-        assert_eq!(line, Diagonal { offset: 0.5, slope: 0.5 });
+        assert_eq!(line, Diagonal { offset: 0.0, slope: 1.0 });
+        // Columns 0, 1, 2 and rows 0, 1, 4: variances 2 and 26/3, covariance 4, slope (20/3 + √(400/9 + 64)) / 8.
+        let line = Diagonal::through(&[(0, 0), (1, 1), (4, 2)], 6, 3);
+        assert!((line.slope - (20.0 / 3.0 + (400.0 / 9.0 + 64.0f64).sqrt()) / 8.0).abs() < 1e-14);
     }
 
     #[test]

@@ -149,12 +149,15 @@ mod tests {
         let mut order: Vec<_> = (0..l).flat_map(|i| (0..k).map(move |j| (i, j))).collect();
         order.sort_by(|&a, &b| c0[b].abs().total_cmp(&c0[a].abs()));
         order.truncate(16);
-        let sums = order.iter().fold([0.0; 4], |[x, y, xx, xy], &(i, j)| {
-            let (i, j) = (i as f64, j as f64);
-            [x + j, y + i, xx + j * j, xy + i * j]
+        let mean = |of: fn(&(usize, usize)) -> f64| order.iter().map(of).sum::<f64>() / 16.0;
+        let (x, y) = (mean(|place| place.1 as f64), mean(|place| place.0 as f64));
+        let moments = order.iter().fold([0.0; 3], |[xx, xy, yy], &(i, j)| {
+            let (dx, dy) = (j as f64 - x, i as f64 - y);
+            [xx + dx * dx, xy + dx * dy, yy + dy * dy]
         });
-        let slope = (16.0 * sums[3] - sums[0] * sums[1]) / (16.0 * sums[2] - sums[0] * sums[0]);
-        let offset = (sums[1] - slope * sums[0]) / 16.0;
+        // The angle of the principal axis of the places.
+        let slope = (0.5 * (2.0 * moments[1]).atan2(moments[0] - moments[2])).tan();
+        let offset = y - slope * x;
         let w = weights(&Weights::Cosamp { sparsity: 0.8, power: 1.2 }, c0.as_ref(), &[], &[]);
         for i in 0..l {
             for j in 0..k {
