@@ -19,6 +19,9 @@ pub mod sketch;
 /// The Laplacian of a mesh and its eigenpairs.
 pub mod spectral;
 
+/// A sketch laid on a mesh without a click: views, contours, warps, poses.
+pub mod alignment;
+
 /// Consensus segmentation and the pairing of regions.
 pub mod regions;
 

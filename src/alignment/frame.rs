@@ -1,0 +1,55 @@
+//! The axes of a view.
+
+use crate::mesh::{cross, dot, length};
+
+/// An orthonormal right-handed frame of a parallel projection: the picture's axes and the direction to the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    pub right: [f64; 3],
+    pub up: [f64; 3],
+    pub toward_camera: [f64; 3],
+}
+
+impl Frame {
+    /// The frame that looks along −`toward_camera`, a vector of any positive length; its roll is arbitrary but fixed.
+    pub fn looking_from(toward_camera: [f64; 3]) -> Frame {
+        let toward_camera = unit(toward_camera);
+        let pole = if toward_camera[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+        let along = dot(pole, toward_camera);
+        let up = unit(std::array::from_fn(|i| pole[i] - along * toward_camera[i]));
+        Frame { right: cross(up, toward_camera), up, toward_camera }
+    }
+
+    /// The point in the plane of the picture.
+    pub fn project(&self, point: [f64; 3]) -> [f64; 2] {
+        [dot(self.right, point), dot(self.up, point)]
+    }
+
+    /// How near to the camera the point is.
+    pub fn depth(&self, point: [f64; 3]) -> f64 {
+        dot(self.toward_camera, point)
+    }
+}
+
+/// The vector at length 1.
+pub fn unit(vector: [f64; 3]) -> [f64; 3] {
+    let length = length(vector);
+    vector.map(|x| x / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_orthonormal_and_right_handed() {
+        for direction in [[0.0, 0.0, 3.0], [1.0, 2.0, -0.5], [-1.0, 0.0, 0.0], [0.0, -1.0, 1e-9]] {
+            let Frame { right, up, toward_camera } = Frame::looking_from(direction);
+            for axis in [right, up, toward_camera] {
+                assert!((length(axis) - 1.0).abs() < 1e-12);
+            }
+            assert!(dot(right, up).abs() < 1e-12 && dot(up, toward_camera).abs() < 1e-12);
+            assert!(length(crate::mesh::subtract(cross(right, up), toward_camera)) < 1e-12);
+        }
+    }
+}
