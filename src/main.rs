@@ -6,7 +6,6 @@ mod telemetry;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, anyhow};
@@ -20,12 +19,10 @@ use tokio_util::sync::CancellationToken;
 use config::{Cli, Command, ExampleOptions, MatchOptions, ServeOptions};
 use sketchmatch::http::problem::Problem;
 use sketchmatch::http::{self, App};
-use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::mesh::formats::Limits;
-use sketchmatch::numerics::{Cancelled, Watch};
+use sketchmatch::numerics::Cancelled;
 use sketchmatch::pipeline::request::MatchRequest;
-use sketchmatch::pipeline::{self, Settings, Spectra, Stage, Surroundings, Watcher};
-use sketchmatch::spectral::{self, Boundary, SpectralError, Spectrum};
+use sketchmatch::pipeline::{self, Computing, Settings, Stage, Surroundings, Watcher};
 use sketchmatch::store::Store;
 use sketchmatch::{example, sketch, worker};
 
@@ -93,7 +90,7 @@ fn matched(options: &MatchOptions) -> anyhow::Result<()> {
     let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?;
     let started = Instant::now();
     let clock = || started.elapsed().as_secs_f64() * 1e3;
-    let surroundings = Surroundings { spectra: &Uncached, watcher: &Logged, clock: &clock };
+    let surroundings = Surroundings { spectra: &Computing, preparations: &Computing, watcher: &Logged, clock: &clock };
     let result = pipeline::run(&sketch.sketch, &mesh.mesh, &settings, &surroundings)?;
     let text = serde_json::to_string(&result)?;
     match &options.output {
@@ -154,21 +151,6 @@ fn reasons(path: &Path, problem: &Problem) -> anyhow::Error {
         format!("\n  {place}: {}", fault.detail)
     });
     anyhow!("{}: {}{}", path.display(), problem.detail, reasons.collect::<String>())
-}
-
-/// Spectra computed when they are asked for.
-struct Uncached;
-
-impl Spectra for Uncached {
-    fn spectrum(
-        &self,
-        mesh: &TriangleMesh,
-        k: usize,
-        boundary: Boundary,
-        watch: &dyn Watch,
-    ) -> Result<Arc<Spectrum>, SpectralError> {
-        spectral::spectrum(mesh, k, boundary, watch).map(Arc::new)
-    }
 }
 
 /// Logs the stages and never cancels.

@@ -1,6 +1,5 @@
 //! The method as a whole, on the example creatures, without the service.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Value, json};
@@ -10,14 +9,14 @@ use sketchmatch::example;
 use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
-use sketchmatch::numerics::{Cancelled, Unwatched, Watch};
+use sketchmatch::numerics::{Cancelled, Unwatched};
 use sketchmatch::pipeline::outcome::MatchResult;
 use sketchmatch::pipeline::request::MatchRequest;
-use sketchmatch::pipeline::{self, MatchError, Settings, Spectra, Stage, Surroundings, Watcher};
+use sketchmatch::pipeline::{self, Computing, MatchError, Settings, Stage, Surroundings, Watcher};
 use sketchmatch::sketch::outline::OutlineRequest;
 use sketchmatch::sketch::{self, Sketch};
 use sketchmatch::spectral::laplacian::Lumping;
-use sketchmatch::spectral::{Boundary, SpectralError, Spectrum, spectrum, spectrum_with};
+use sketchmatch::spectral::{Boundary, spectrum, spectrum_with};
 
 struct Case {
     sketch: Sketch,
@@ -39,20 +38,6 @@ fn sized(creature: &str, mesh_vertices: usize, sketch_vertices: usize) -> Case {
         sketch: sketch::from_outline(&drawing, sketch_vertices, &sketch::Config::default()).unwrap().sketch,
         mesh: import(file("mesh.obj"), Format::Obj, &Limits::default()).unwrap().mesh,
         truth: serde_json::from_slice(file("truth.json")).unwrap(),
-    }
-}
-
-struct Computed;
-
-impl Spectra for Computed {
-    fn spectrum(
-        &self,
-        mesh: &TriangleMesh,
-        k: usize,
-        boundary: Boundary,
-        watch: &dyn Watch,
-    ) -> Result<Arc<Spectrum>, SpectralError> {
-        spectrum(mesh, k, boundary, watch).map(Arc::new)
     }
 }
 
@@ -78,7 +63,7 @@ fn settings(request: Value) -> Settings {
 }
 
 fn matched(case: &Case, request: Value, watcher: &dyn Watcher) -> Result<MatchResult, MatchError> {
-    let surroundings = Surroundings { spectra: &Computed, watcher, clock: &|| 0.0 };
+    let surroundings = Surroundings { spectra: &Computing, preparations: &Computing, watcher, clock: &|| 0.0 };
     pipeline::run(&case.sketch, &case.mesh, &settings(request), &surroundings)
 }
 

@@ -1,9 +1,11 @@
 //! The axes of a view.
 
+use serde::{Deserialize, Serialize};
+
 use crate::mesh::{cross, dot, length};
 
 /// An orthonormal right-handed frame of a parallel projection: the picture's axes and the direction to the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     pub right: [f64; 3],
     pub up: [f64; 3],
@@ -18,6 +20,12 @@ impl Frame {
         let along = dot(pole, toward_camera);
         let up = unit(std::array::from_fn(|i| pole[i] - along * toward_camera[i]));
         Frame { right: cross(up, toward_camera), up, toward_camera }
+    }
+
+    /// The frame of the camera on the other side, with the same up.
+    pub fn from_behind(&self) -> Frame {
+        let Frame { right, up, toward_camera } = *self;
+        Frame { right: right.map(|x| -x), up, toward_camera: toward_camera.map(|x| -x) }
     }
 
     /// The point in the plane of the picture.

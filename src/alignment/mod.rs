@@ -1,6 +1,174 @@
 //! The automatic part: a sketch laid on a mesh by the view it is drawn from, with nobody clicking.
 //!
 //! Both shapes are scaled to area 1, so that every length is in units of the square root of the shape's own area unless
-//! it says pixels.
+//! it says pixels. A mesh is [`prepared`](prepared::PreparedMesh) once; a sketch is laid on the views whose outlines are
+//! like its own, the mesh put into its pose, and the places in the picture lifted to the surface behind them.
 
+mod attempt;
+mod by_distances;
+mod candidates;
+pub mod contour;
+pub mod energy;
+pub mod flat_shape;
 pub mod frame;
+mod inner_paths;
+mod laying;
+pub mod limbs;
+mod pieces;
+mod pose;
+pub mod prepared;
+mod rigidity;
+pub mod sampled_distances;
+mod shape_context;
+pub mod silhouette;
+pub mod single_outline;
+#[cfg(test)]
+mod solids;
+pub mod symmetry;
+mod trust;
+pub mod view;
+pub mod views;
+mod visible;
+pub mod warping;
+
+use attempt::Attempt;
+use candidates::candidates;
+use flat_shape::FlatShape;
+use frame::Frame;
+use prepared::PreparedMesh;
+
+use crate::mesh::dot;
+use crate::numerics::cholesky::FactorisationError;
+use crate::numerics::{Cancelled, Watch};
+
+/// Views for which the pose is looked for.
+const POSED: usize = 3;
+/// The distortion above which geodesic distances are believed rather than the view.
+const BENT: f64 = 0.075;
+/// Another view is plausible where it costs less than this much more.
+const PLAUSIBLE: f64 = 0.05;
+/// Directions further apart than the angle of this cosine are different views.
+const SAME_VIEW: f64 = 0.8;
+/// A view from the side looks along the normal of the plane of symmetry, within the angle of this cosine.
+const SIDEWAYS: f64 = 0.8;
+
+/// A vertex of the sketch and the vertex of the mesh it is known to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pair {
+    pub sketch: u32,
+    pub mesh: u32,
+}
+
+/// Why no alignment was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AlignmentError {
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    #[error("the sketch cannot be laid on the mesh: {0}")]
+    Factorisation(#[from] FactorisationError),
+}
+
+/// What the answer was found by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// A view of the mesh as it is.
+    View,
+    /// A view of the mesh with its limbs swung.
+    Pose,
+    /// Geodesic distances to the points that are sure.
+    Distances,
+}
+
+/// A sketch laid on a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alignment {
+    /// A vertex of the mesh for every one of the m vertices of the sketch.
+    pub map: Vec<u32>,
+    /// For every vertex the chance that its answer is less than 0.1 √area from the truth.
+    pub confidence: Vec<f64>,
+    pub frame: Frame,
+    pub way: Way,
+    /// Whether the body is seen from its side.
+    pub sideways: bool,
+    /// What the outlines cost per sample, in [0, 0.4].
+    pub contour: f64,
+    /// Mean distortion of geodesic distances.
+    pub distortion: f64,
+    /// Costs of the view as they are compared; the less the better.
+    pub score: f64,
+    pub alternatives: Vec<Alternative>,
+}
+
+/// Another plausible answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// Whether it is the answer's twin on the other side of the body; another view otherwise.
+    pub mirrored: bool,
+    pub frame: Frame,
+    pub score: f64,
+    pub map: Vec<u32>,
+}
+
+/// The sketch laid on the mesh, landmarks kept.
+///
+/// # Errors
+/// [`AlignmentError`].
+pub fn aligned(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    landmarks: &[Pair],
+    watch: &dyn Watch,
+) -> Result<Alignment, AlignmentError> {
+    let candidates = candidates(shape, mesh, watch)?;
+    let mut attempts = candidates
+        .into_iter()
+        .map(|candidate| Attempt::on(shape, mesh, candidate, landmarks))
+        .collect::<Result<Vec<Attempt>, _>>()?;
+    attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    attempts.truncate(POSED);
+    let mut attempts = attempts
+        .into_iter()
+        .map(|attempt| attempt.in_pose(shape, mesh, landmarks, watch))
+        .collect::<Result<Vec<Attempt>, _>>()?;
+    attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    let mut attempts = attempts.into_iter();
+    let best = attempts.next().expect("every mesh has a view along the normal of its plane of symmetry");
+    let second = attempts.find(|other| {
+        dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
+            && other.score() < best.score() + PLAUSIBLE
+    });
+
+    let (frame, twin) = best.mirrored(mesh);
+    let twin = Alternative { mirrored: true, frame, score: best.score(), map: twin };
+    let second = second.map(|other| Alternative {
+        mirrored: false,
+        frame: other.view.frame,
+        score: other.score(),
+        map: other.map,
+    });
+    let believed = if best.distortion.mean > BENT || !landmarks.is_empty() {
+        by_distances::mapped(shape, mesh, &best.map, &best.laying.costs, landmarks, watch)?
+    } else {
+        None
+    };
+    let confidence = trust::trust(shape, &best.laying.positions, &best.distortion, best.laying.cost);
+    let way = match (&believed, best.swing > 0.0) {
+        (Some(_), _) => Way::Distances,
+        (None, true) => Way::Pose,
+        (None, false) => Way::View,
+    };
+    let (contour, distortion, score) = (best.laying.cost, best.distortion.mean, best.score());
+    let mut map = believed.unwrap_or(best.map);
+    landmarks.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
+    Ok(Alignment {
+        map,
+        confidence,
+        frame: best.view.frame,
+        way,
+        sideways: dot(best.view.frame.toward_camera, mesh.symmetry.normal).abs() > SIDEWAYS,
+        contour,
+        distortion,
+        score,
+        alternatives: [twin].into_iter().chain(second).collect(),
+    })
+}

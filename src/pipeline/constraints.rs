@@ -40,6 +40,13 @@ fn fitted_scale(sketch: &[f64], mesh: &[f64]) -> f64 {
     if ratios.is_empty() { 1.0 } else { (ratios.iter().sum::<f64>() / ratios.len() as f64).exp() }
 }
 
+/// A point map among the constraints, and what it weighs: a vertex of the mesh for every vertex of the sketch.
+#[derive(Clone, Copy)]
+pub(super) struct Points<'a> {
+    pub map: &'a [u32],
+    pub weight: f64,
+}
+
 /// The data term of the corresponding regions and landmarks, for spectra at area 1; `scaled` are the eigenvalues of the
 /// mesh as descriptors see them. Landmarks are pairs of vertices.
 pub(super) fn problem(
@@ -48,6 +55,7 @@ pub(super) fn problem(
     scaled: &[f64],
     regions: &Correspondence,
     landmarks: &[[usize; 2]],
+    points: Option<Points<'_>>,
     watch: &dyn Watch,
 ) -> Result<Problem, MapError> {
     let common = sketch.eigenvalues.as_slice();
@@ -89,6 +97,13 @@ pub(super) fn problem(
             Mat::from_fn(spectrum.len(), times.len(), |i, t| filters[(i, t)] * spectrum.eigenfunctions[(vertex, i)])
         };
         constrain(heat(sketch, common, x), heat(mesh, scaled, y))?;
+    }
+    if let Some(Points { map, weight }) = points {
+        // A unit mass at x goes to a unit mass at T(x): weight · Σ_x m(x) ‖C φ(x) − ψ(T(x))‖².
+        let root = |x: usize| (weight * sketch.mass[x]).sqrt();
+        let a = Mat::from_fn(sketch.len(), map.len(), |i, x| root(x) * sketch.eigenfunctions[(x, i)]);
+        let b = Mat::from_fn(mesh.len(), map.len(), |i, x| root(x) * mesh.eigenfunctions[(map[x] as usize, i)]);
+        problem.constrain(a.as_ref(), b.as_ref())?;
     }
     Ok(problem)
 }

@@ -2,6 +2,8 @@
 //!
 //! Both shapes are scaled to area 1 here; what comes back is in the units and the numbering of the user's files.
 
+mod aligned;
+mod computing;
 mod constraints;
 pub mod landmarks;
 pub mod outcome;
@@ -13,6 +15,8 @@ mod stages;
 
 use std::sync::Arc;
 
+use crate::alignment::AlignmentError;
+use crate::alignment::prepared::PreparedMesh;
 use crate::correspondence::icp::IcpError;
 use crate::functional_map::MapError;
 use crate::mesh::TriangleMesh;
@@ -20,6 +24,7 @@ use crate::numerics::block_lanczos::EigenError;
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::{Boundary, SpectralError, Spectrum};
 
+pub use computing::Computing;
 pub use run::run;
 pub use settings::{Settings, check};
 pub use stages::{Stage, TOTAL};
@@ -27,6 +32,7 @@ pub use stages::{Stage, TOTAL};
 /// What a match needs of the world outside.
 pub struct Surroundings<'a> {
     pub spectra: &'a dyn Spectra,
+    pub preparations: &'a dyn Preparations,
     pub watcher: &'a dyn Watcher,
     /// Milliseconds since some moment; for `timings_ms` alone.
     pub clock: &'a dyn Fn() -> f64,
@@ -45,6 +51,15 @@ pub trait Spectra: Sync {
         boundary: Boundary,
         watch: &dyn Watch,
     ) -> Result<Arc<Spectrum>, SpectralError>;
+}
+
+/// Where meshes made ready for the alignment come from: made, or out of a cache.
+pub trait Preparations: Sync {
+    /// A connected mesh whose every vertex has a triangle, made ready.
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    fn prepared(&self, mesh: &TriangleMesh, watch: &dyn Watch) -> Result<Arc<PreparedMesh>, Cancelled>;
 }
 
 /// Whoever waits for a match: told of every stage, asked at every iteration whether to go on.
@@ -81,6 +96,8 @@ pub enum MatchError {
     #[error("the eigenfunctions of the {shape} cannot be computed: {error}")]
     Spectrum { shape: &'static str, error: SpectralError },
     #[error(transparent)]
+    Alignment(AlignmentError),
+    #[error(transparent)]
     Map(MapError),
     #[error(transparent)]
     Refinement(IcpError),
@@ -101,6 +118,15 @@ impl MatchError {
             }
             SpectralError::Eigen(EigenError::Cancelled(cancelled)) => MatchError::Cancelled(cancelled),
             error => MatchError::Spectrum { shape, error },
+        }
+    }
+}
+
+impl From<AlignmentError> for MatchError {
+    fn from(error: AlignmentError) -> MatchError {
+        match error {
+            AlignmentError::Cancelled(cancelled) => MatchError::Cancelled(cancelled),
+            error => MatchError::Alignment(error),
         }
     }
 }

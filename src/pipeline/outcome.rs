@@ -25,9 +25,11 @@ pub struct MatchResult {
     pub correspondences: Vec<Correspondence>,
     /// Mean of the points' confidence, weighted by area.
     pub confidence: f64,
+    /// How the sketch was laid on the mesh; none where the request asks for no alignment.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alignment: Option<AlignmentReport>,
     /// Other plausible answers: none without the alignment of views.
-    #[schema(value_type = Vec<Object>)]
-    pub alternatives: Vec<serde_json::Value>,
+    pub alternatives: Vec<Alternative>,
     pub solver: Solver,
     pub intermediate: Intermediate,
     /// Milliseconds by stage, and in `total`.
@@ -59,8 +61,76 @@ pub struct Correspondence {
     pub point: [f64; 2],
     /// Counted from 0 in the user's file.
     pub mesh_vertex: u32,
-    /// In `[0, 1]`: how well the map agrees with its own way back. Not calibrated.
+    /// In `[0, 1]`. Of aligned points the chance to be within a tenth of the square root of the mesh's area of the
+    /// truth; of points read from C how well the map agrees with its own way back, which is not calibrated.
     pub confidence: f64,
+}
+
+/// How a sketch was laid on a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AlignmentReport {
+    pub view: ViewReport,
+    /// The part of the mesh that is matched.
+    pub part: SeenPart,
+    pub by: MatchedBy,
+    /// What the outlines cost per sample, from 0 (alike) to 0.4.
+    pub contour_cost: f64,
+    /// How far geodesic distances of the sketch are bent, in units of the square root of the mesh's area.
+    pub distortion: f64,
+    /// Both, and what else counts against the view: the less the better, to compare with the alternatives.
+    pub score: f64,
+    /// The aligned vertex of the user's mesh for every vertex of the sketch, whatever `conversion` answers with.
+    pub mesh_vertices: Vec<u32>,
+}
+
+/// A direction to look from, in the axes of the user's mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ViewReport {
+    /// Of length 1.
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub toward_camera: [f64; 3],
+    /// Of length 1, at right angles to it. The sketch may be turned in the picture.
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub up: [f64; 3],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SeenPart {
+    Whole,
+    Side,
+}
+
+/// What the aligned points were found by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MatchedBy {
+    /// A view of the mesh as it is.
+    View,
+    /// A view of the mesh with its limbs swung.
+    Pose,
+    /// Geodesic distances to landmarks and to sure points.
+    Distances,
+}
+
+/// Another plausible answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Alternative {
+    pub kind: AlternativeKind,
+    pub view: ViewReport,
+    /// As the alignment's score.
+    pub score: f64,
+    /// A vertex of the user's mesh for every vertex of the sketch.
+    pub mesh_vertices: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AlternativeKind {
+    /// The same drawing seen from behind: the other side of the body.
+    Mirrored,
+    /// Another direction to look from.
+    View,
 }
 
 /// How C was found.

@@ -1,11 +1,13 @@
 //! The regions of both shapes and their pairs, by the method the request names.
 
+use super::aligned::Aligned;
 use super::outcome::PairedRegions;
 use super::request::Regions as Method;
 use super::{Fault, MatchError, Settings};
 use crate::descriptors::{global_point_signature, heat_kernel, projection, wave_kernel};
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::Component;
+use crate::mesh::geodesics::Marching;
 use crate::numerics::Watch;
 use crate::regions::graph::RegionGraph;
 use crate::regions::pairing::{Pair, pair};
@@ -15,6 +17,8 @@ use crate::spectral::Spectrum;
 /// Dimensions of the global point signature that shapes are segmented in: the lowest tell limbs, the higher only
 /// bumps.
 const SIGNATURE: usize = 7;
+/// How far from every aligned point a vertex of the mesh is in no region, in units of √area.
+const REACH: f64 = 0.12;
 /// Heat and wave components that regions are compared by.
 const COMPONENTS: usize = 8;
 /// Bands of the wave components, in spacings: few components, so narrow ones.
@@ -42,6 +46,7 @@ impl Correspondence {
         sketch: Shape<'_>,
         mesh: Shape<'_>,
         component: &Component,
+        aligned: Option<&Aligned>,
         scaled: &[f64],
         watch: &dyn Watch,
     ) -> Result<Correspondence, MatchError> {
@@ -52,6 +57,12 @@ impl Correspondence {
                 let mesh = segmentation(mesh, *mesh_regions, watch)?;
                 let pairs = chosen(pairs, &sketch, &mesh)?;
                 Ok(Correspondence { sketch, mesh, pairs, cost: 0.0 })
+            }
+            Method::Auto { count } if let Some(aligned) = aligned => {
+                let sketch = segmentation(sketch, *count, watch)?;
+                let mesh = carried(&sketch, mesh.mesh, aligned, watch)?;
+                let pairs = (0..sketch.count().min(mesh.count())).map(|r| Pair { sketch: r, mesh: r, cost: 0.0 });
+                Ok(Correspondence { pairs: pairs.collect(), sketch, mesh, cost: 0.0 })
             }
             Method::Auto { count } => {
                 let sketch_regions = segmentation(sketch, *count, watch)?;
@@ -79,6 +90,26 @@ impl Correspondence {
         }
         PairedRegions { sketch: self.sketch.labels().to_vec(), mesh, pairs: self.pairs.clone(), cost: self.cost }
     }
+}
+
+/// The regions of the sketch on the mesh: every vertex in the region of the aligned point nearest to it along the surface,
+/// in none where there is none within reach.
+fn carried(sketch: &Regions, mesh: &TriangleMesh, aligned: &Aligned, watch: &dyn Watch) -> Result<Regions, MatchError> {
+    let marching = Marching::new(mesh);
+    let vertices = mesh.positions().len();
+    let (mut labels, mut nearest) = (vec![Regions::NONE; vertices], vec![REACH * mesh.area().sqrt(); vertices]);
+    for region in 0..sketch.count() {
+        watch.proceed(region as f64 / sketch.count() as f64)?;
+        let inside = |x: &usize| sketch.region(*x) == Some(region);
+        let images: Vec<u32> = (0..sketch.labels().len()).filter(inside).map(|x| aligned.alignment.map[x]).collect();
+        for (v, distance) in marching.distances(&images).into_iter().enumerate() {
+            if distance < nearest[v] {
+                nearest[v] = distance;
+                labels[v] = region as i32;
+            }
+        }
+    }
+    Ok(Regions::new(labels).expect("the labels are those of the sketch's regions"))
 }
 
 fn segmentation(shape: Shape<'_>, count: usize, watch: &dyn Watch) -> Result<Regions, MatchError> {

@@ -56,16 +56,33 @@ pub enum Preset {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
+    /// One side where the alignment finds that the body is seen from its side, the whole otherwise.
     Auto,
     Whole,
+    /// The side towards the camera; needs an alignment.
+    Side,
 }
 
 /// How the sketch is brought onto the mesh before the functional map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Alignment {
+    /// By the view of the mesh that the sketch is drawn from, found without a hand.
+    View {
+        /// How much the aligned points weigh in the data term beside the regions; 0 leaves them out.
+        #[serde(default = "Alignment::weight")]
+        #[schema(minimum = 0, maximum = 1_000_000, default = 100.0)]
+        weight: f64,
+    },
     /// Not at all: the method is intrinsic.
     None {},
+}
+
+impl Alignment {
+    /// The weight of the aligned points where the request names none.
+    pub fn weight() -> f64 {
+        100.0
+    }
 }
 
 /// The Laplace–Beltrami bases.
@@ -150,7 +167,8 @@ pub enum Columns {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Regions {
-    /// Both shapes segmented into `count` regions, paired by assignment on their signatures.
+    /// With an alignment the sketch segmented into `count` regions, carried to the mesh by it; without, both shapes
+    /// segmented and the regions paired by assignment on their signatures.
     Auto {
         #[serde(default = "seven")]
         #[schema(minimum = 1, maximum = 64, default = 7)]
@@ -197,6 +215,8 @@ pub enum Conversion {
     Indicator {},
     /// The vertex whose row of Ψ is nearest to the point's column of C Φᵀ.
     Nearest {},
+    /// The points of the alignment itself, whatever C is.
+    Alignment {},
 }
 
 /// How C and the points are improved afterwards.

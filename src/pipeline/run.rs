@@ -2,10 +2,11 @@
 
 use faer::Mat;
 
-use super::constraints::{problem, spectral_scale};
+use super::aligned::{Aligned, aligned};
+use super::constraints::{Points as AlignedPoints, problem, spectral_scale};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Solver};
 use super::regions::{self, Shape};
-use super::request::{Conversion, Refinement};
+use super::request::{Alignment, Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
 use super::{MatchError, Surroundings, landmarks};
@@ -45,13 +46,24 @@ pub fn run(
     let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
     let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
 
+    let aligned = match settings.alignment {
+        Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
+            aligned(sketch, &component, &landmarks, settings.part, surroundings, watch)
+        })?),
+        Alignment::None {} => None,
+    };
+    let aligned = aligned.as_ref();
+
     let regions = stages.run(Stage::Regions, |watch| {
         let [flat, solid] = [(sketch.mesh(), &phi), (&component.mesh, &psi)];
         let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
-        regions::Correspondence::find(settings, flat, solid, &component, &scaled, watch)
+        regions::Correspondence::find(settings, flat, solid, &component, aligned, &scaled, watch)
     })?;
     let problem = stages.run(Stage::Descriptors, |watch| {
-        problem(&settings.descriptors, [&phi, &psi], &scaled, &regions, &landmarks, watch).map_err(MatchError::from)
+        let points = aligned.zip(weight(&settings.alignment));
+        let points = points.map(|(aligned, weight)| AlignedPoints { map: &aligned.alignment.map, weight });
+        problem(&settings.descriptors, [&phi, &psi], &scaled, &regions, &landmarks, points, watch)
+            .map_err(MatchError::from)
     })?;
     let (start, w, solution) = stages.run(Stage::Map, |watch| {
         let start = least_squares(&problem)?;
@@ -59,7 +71,9 @@ pub fn run(
         let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
         Ok::<_, MatchError>((start, w, solution))
     })?;
-    let points = stages.run(Stage::Points, |watch| points(settings, sketch, &full, solution.c, watch))?;
+    let mut points = stages.run(Stage::Points, |watch| points(settings, sketch, &full, aligned, solution.c, watch))?;
+    // What the user knows is not traded for anything.
+    landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
 
     Ok(MatchResult {
         id: None,
@@ -69,7 +83,8 @@ pub fn run(
         c: Matrix::from(points.c.as_ref()),
         correspondences: correspondences(sketch, &component, &points),
         confidence: phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum(),
-        alternatives: Vec::new(),
+        alignment: aligned.map(|aligned| aligned.report(&component)),
+        alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&component)),
         solver: Solver::new(regulariser_name(&settings.regulariser), solution.report),
         intermediate: Intermediate {
             sketch_eigenvalues: phi.eigenvalues,
@@ -82,6 +97,14 @@ pub fn run(
         warnings: warnings(settings, &component, mesh, &regions),
         timings_ms: stages.finish(),
     })
+}
+
+/// What the aligned points weigh in the data term, where they are in it.
+fn weight(alignment: &Alignment) -> Option<f64> {
+    match alignment {
+        Alignment::View { weight } => Some(*weight).filter(|weight| *weight > 0.0),
+        Alignment::None {} => None,
+    }
 }
 
 /// The spectra of both shapes, as long as refinement needs them, in the units of their files.
@@ -115,6 +138,7 @@ fn points(
     settings: &Settings,
     sketch: &Sketch,
     [phi, psi]: &[std::sync::Arc<Spectrum>; 2],
+    aligned: Option<&Aligned>,
     c: Mat<f64>,
     watch: &dyn Watch,
 ) -> Result<Points, MatchError> {
@@ -127,10 +151,20 @@ fn points(
         Refinement::Icp { iterations } => icp::refined(c, basis, mass, target, iterations, watch)?,
         Refinement::Zoomout { .. } => zoomout::refined(c, basis, mass, target, watch)?,
     };
-    let map = match settings.conversion {
-        Conversion::Indicator {} => points::by_indicator(c.as_ref(), basis, target, watch)?,
-        Conversion::Nearest {} => points::by_nearest_neighbour(c.as_ref(), basis, target, watch)?,
+    if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, aligned) {
+        return Ok(Points { c, map: alignment.map.clone(), confidence: alignment.confidence.clone() });
+    }
+    // Only vertices of the part that is seen can be answers.
+    let seen = aligned.map(|aligned| aligned.visible.as_slice()).filter(|seen| seen.len() < target.nrows());
+    let rows = seen.map(|seen| Mat::from_fn(seen.len(), target.ncols(), |i, j| target[(seen[i] as usize, j)]));
+    let among = rows.as_ref().map_or(target, Mat::as_ref);
+    let found = match settings.conversion {
+        Conversion::Indicator {} => points::by_indicator(c.as_ref(), basis, among, watch)?,
+        Conversion::Nearest {} | Conversion::Alignment {} => {
+            points::by_nearest_neighbour(c.as_ref(), basis, among, watch)?
+        }
     };
+    let map: Vec<u32> = found.into_iter().map(|i| seen.map_or(i, |seen| seen[i as usize])).collect();
     let flat = sketch.mesh();
     let confidence = confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
     Ok(Points { c, map, confidence })
@@ -169,7 +203,9 @@ fn warnings(
         warnings
             .push(format!("{} of the {all} vertices of the mesh are not on the component that is matched", all - used));
     }
-    if let super::request::Regions::Auto { count } = settings.regions {
+    if let super::request::Regions::Auto { count } = settings.regions
+        && settings.alignment == (Alignment::None {})
+    {
         for (shape, found) in [("sketch", regions.sketch.count()), ("mesh", regions.mesh.count())] {
             if found < count {
                 warnings.push(format!("{found} regions were found on the {shape} where {count} were asked for"));

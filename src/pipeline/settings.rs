@@ -97,7 +97,13 @@ impl Settings {
         };
         match preset {
             Preset::Thesis => thesis,
-            Preset::Automatic => Settings { weights: Weights::Slant {}, conversion: Conversion::Nearest {}, ..thesis },
+            Preset::Automatic => Settings {
+                part: Part::Auto,
+                alignment: Alignment::View { weight: Alignment::weight() },
+                weights: Weights::Slant {},
+                conversion: Conversion::Alignment {},
+                ..thesis
+            },
         }
     }
 
@@ -123,9 +129,18 @@ impl Settings {
             defaults.columns = descriptors.columns.unwrap_or(defaults.columns);
         }
         let request = request.clone();
-        // Without the alignment of views the whole mesh is matched.
-        settings.part = Part::Whole;
+        settings.part = request.part.unwrap_or(settings.part);
         settings.alignment = request.alignment.unwrap_or(settings.alignment);
+        if settings.alignment == (Alignment::None {}) {
+            // What only an alignment can do is not asked for by a preset.
+            settings.conversion = match settings.conversion {
+                Conversion::Alignment {} => Conversion::Nearest {},
+                conversion => conversion,
+            };
+            if settings.part == Part::Auto {
+                settings.part = Part::Whole;
+            }
+        }
         settings.regions = request.regions.unwrap_or(settings.regions);
         settings.landmarks = request.landmarks.unwrap_or(settings.landmarks);
         settings.weights = request.weights.unwrap_or(settings.weights);
@@ -153,6 +168,7 @@ impl Settings {
             faults.add("/descriptors/wks/variance", "must be positive and at most 1000000");
         }
         self.region_faults(&mut faults);
+        self.alignment_faults(&mut faults);
         if self.landmarks.len() > MAX_LANDMARKS {
             faults.add("/landmarks", format!("must be at most {MAX_LANDMARKS}"));
         }
@@ -180,6 +196,23 @@ impl Settings {
             }
         }
         faults.0
+    }
+
+    fn alignment_faults(&self, faults: &mut Faults) {
+        match self.alignment {
+            Alignment::View { weight } if !(0.0..=1e6).contains(&weight) => {
+                faults.add("/alignment/weight", format!("must be 0 to 1000000, is {weight}"));
+            }
+            Alignment::View { .. } => {}
+            Alignment::None {} => {
+                if self.conversion == (Conversion::Alignment {}) {
+                    faults.add("/conversion", "needs an alignment of views");
+                }
+                if self.part == Part::Side {
+                    faults.add("/part", "one side can only be told with an alignment of views");
+                }
+            }
+        }
     }
 
     fn region_faults(&self, faults: &mut Faults) {

@@ -18,6 +18,7 @@ pub const TOTAL: &str = "total";
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     Spectrum,
+    Alignment,
     Regions,
     Descriptors,
     Map,
@@ -28,6 +29,7 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Stage::Spectrum => "spectrum",
+            Stage::Alignment => "alignment",
             Stage::Regions => "regions",
             Stage::Descriptors => "descriptors",
             Stage::Map => "map",
@@ -38,8 +40,9 @@ impl Stage {
     /// Where the stage begins and ends within a match that finds no spectrum cached, as fractions.
     fn span(self) -> [f64; 2] {
         match self {
-            Stage::Spectrum => [0.0, 0.5],
-            Stage::Regions => [0.5, 0.8],
+            Stage::Spectrum => [0.0, 0.3],
+            Stage::Alignment => [0.3, 0.7],
+            Stage::Regions => [0.7, 0.8],
             Stage::Descriptors => [0.8, 0.85],
             Stage::Map => [0.85, 0.9],
             Stage::Points => [0.9, 1.0],

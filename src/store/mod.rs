@@ -9,6 +9,7 @@ mod error;
 mod idempotency;
 mod job;
 mod page;
+mod preparations;
 mod queue;
 mod shapes;
 mod spectra;

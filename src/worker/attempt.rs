@@ -12,6 +12,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::failure::Failure;
 use super::measures::{self, Ended};
+use super::preparations::CachedPreparations;
 use super::progress::Progress;
 use super::spectra::CachedSpectra;
 use crate::store::{Beat, Lease, Store, StoreError};
@@ -23,6 +24,7 @@ const BEAT: Duration = Duration::from_millis(500);
 pub(super) struct Bench {
     pub store: Store,
     pub spectra: CachedSpectra,
+    pub preparations: CachedPreparations,
     pub runtime: Handle,
     /// Cancelled when running jobs are to be given back.
     pub stop: CancellationToken,
@@ -40,7 +42,8 @@ impl Bench {
     /// A bench whose computations wait for the store by the calling runtime.
     pub fn new(store: Store, pool: ThreadPool, body: Box<Body>) -> Bench {
         let spectra = CachedSpectra::new(store.clone());
-        Bench { store, spectra, runtime: Handle::current(), stop: CancellationToken::new(), pool, body }
+        let preparations = CachedPreparations::new(store.clone());
+        Bench { store, spectra, preparations, runtime: Handle::current(), stop: CancellationToken::new(), pool, body }
     }
 }
 

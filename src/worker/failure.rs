@@ -68,7 +68,9 @@ impl From<MatchError> for Failure {
             MatchError::Cancelled(_) => Failure::Stopped,
             MatchError::Faults(ref faults) => Failure::refused(&error, faults),
             MatchError::Spectrum { error: cause, .. } => Failure::spectral(cause, error),
-            MatchError::Map(_) | MatchError::Refinement(_) => Failure::internal(error, false),
+            MatchError::Alignment(_) | MatchError::Map(_) | MatchError::Refinement(_) => {
+                Failure::internal(error, false)
+            }
         }
     }
 }

@@ -18,7 +18,8 @@ pub(super) fn run(bench: &Bench, lease: &Lease, progress: &Progress) -> Result<B
     let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", settings.mesh), &[]))?;
     let begun = Instant::now();
     let clock = || begun.elapsed().as_secs_f64() * 1e3;
-    let surroundings = Surroundings { spectra: &bench.spectra, watcher: progress, clock: &clock };
+    let surroundings =
+        Surroundings { spectra: &bench.spectra, preparations: &bench.preparations, watcher: progress, clock: &clock };
     let mut result = pipeline::run(&sketch, &mesh, &settings, &surroundings)?;
     measures::stages(&result.timings_ms);
     result.id = Some(lease.job.id.clone());

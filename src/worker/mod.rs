@@ -10,6 +10,7 @@ mod flights;
 mod matching;
 mod measures;
 mod pool;
+mod preparations;
 mod progress;
 mod spectra;
 

@@ -1,0 +1,133 @@
+//! The point map from a few sure points and geodesic distances alone: where no view explains the sketch, and where the
+//! user's landmarks contradict it.
+
+use super::Pair;
+use super::energy::{SCALES, median};
+use super::flat_shape::FlatShape;
+use super::prepared::PreparedMesh;
+use crate::numerics::{Cancelled, Watch};
+
+/// Sure points of the outline, and the fewest there must be where the user gives none.
+const ANCHORS: usize = 30;
+const FEWEST: usize = 15;
+/// The cost of the warp below which a vertex of the outline is sure.
+const SURE: f64 = 0.15;
+/// An anchor whose median distortion is above the larger of this and `OUTLYING` times the median is dropped.
+const BENT: f64 = 0.12;
+const OUTLYING: f64 = 2.5;
+/// How much a landmark weighs beside an anchor.
+const LANDMARK: f64 = 10.0;
+/// Mean distortion towards the landmarks, near ones above all, up to which the view's answer stands.
+const AGREED: f64 = 0.06;
+
+/// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
+struct Anchor {
+    sketch: u32,
+    mesh: u32,
+    near: Vec<f64>,
+    weight: f64,
+}
+
+/// The map T (m vertices of the mesh) that keeps every point's geodesic distances to the sure ones best, near ones
+/// above all; nothing where too few points are sure. Sure are the landmarks, and of the outline's vertices, of which
+/// `costs` tells, those that agree with the landmarks, or, without any, with each other. With landmarks, points whose
+/// answer in `map` agrees with them keep it.
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub fn mapped(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    map: &[u32],
+    costs: &[f64],
+    landmarks: &[Pair],
+    watch: &dyn Watch,
+) -> Result<Option<Vec<u32>>, Cancelled> {
+    let spread = spread(shape, map, costs);
+    if landmarks.is_empty() && spread.len() < FEWEST {
+        return Ok(None);
+    }
+    let given: Vec<Anchor> = landmarks
+        .iter()
+        .map(|pair| Anchor {
+            sketch: pair.sketch,
+            mesh: pair.mesh,
+            near: shape.distances_from(pair.sketch),
+            weight: LANDMARK,
+        })
+        .collect();
+    let scale = scale(mesh, if given.len() > 1 { &given } else { &spread });
+    let judges = if given.is_empty() { &spread } else { &given };
+    let bends: Vec<f64> = spread.iter().map(|anchor| bend(mesh, scale, anchor, judges)).collect();
+    let most = if given.is_empty() { BENT.max(OUTLYING * median(bends.clone())) } else { BENT };
+    let kept = spread.into_iter().zip(bends).filter(|&(_, bend)| bend < most).map(|(anchor, _)| anchor);
+    let landmark_count = given.len();
+    let anchors: Vec<Anchor> = given.into_iter().chain(kept).collect();
+
+    let vertices = mesh.positions.len() as u32;
+    let mut fields = Vec::with_capacity(anchors.len());
+    for anchor in &anchors {
+        watch.proceed(0.0)?;
+        fields.push((0..vertices).map(|v| mesh.distances.between(anchor.mesh, v) as f32).collect::<Vec<f32>>());
+    }
+    let mut answer = map.to_vec();
+    for (x, answer) in answer.iter_mut().enumerate() {
+        watch.proceed(x as f64 / map.len() as f64)?;
+        let wanted: Vec<f64> = anchors.iter().map(|anchor| scale * anchor.near[x]).collect();
+        let weights: Vec<f64> =
+            anchors.iter().zip(&wanted).map(|(anchor, d)| anchor.weight * (d + 0.05).powf(-1.5)).collect();
+        if landmark_count > 0 {
+            let (mut astray, mut total) = (0.0, 0.0);
+            for i in 0..landmark_count {
+                astray += weights[i] * (f64::from(fields[i][*answer as usize]) - wanted[i]).abs();
+                total += weights[i];
+            }
+            if astray <= AGREED * total {
+                continue;
+            }
+        }
+        *answer = nearest(&fields, &wanted, &weights);
+    }
+    Ok(Some(answer))
+}
+
+/// The vertex of the mesh whose distances are nearest to the wanted ones in the weighted squares; of equals, the first.
+fn nearest(fields: &[Vec<f32>], wanted: &[f64], weights: &[f64]) -> u32 {
+    let mut costs = vec![0.0f32; fields.first().map_or(0, Vec::len)];
+    for ((field, &wanted), &weight) in fields.iter().zip(wanted).zip(weights) {
+        let (wanted, weight) = (wanted as f32, weight as f32);
+        costs.iter_mut().zip(field).for_each(|(cost, d)| *cost += weight * (d - wanted) * (d - wanted));
+    }
+    (0..costs.len()).fold(0, |best, v| if costs[v] < costs[best] { v } else { best }) as u32
+}
+
+/// Sure vertices of the outline, far from each other.
+fn spread(shape: &FlatShape, map: &[u32], costs: &[f64]) -> Vec<Anchor> {
+    let sure: Vec<u32> = shape.outline.iter().zip(costs).filter(|&(_, &cost)| cost < SURE).map(|(&v, _)| v).collect();
+    let mut nearest = vec![f64::INFINITY; map.len()];
+    let mut anchors = Vec::new();
+    while anchors.len() < ANCHORS.min(sure.len()) {
+        let farther = |best: u32, v: u32| if nearest[v as usize] > nearest[best as usize] { v } else { best };
+        let next = sure.iter().copied().fold(sure[0], farther);
+        let near = shape.distances_from(next);
+        nearest.iter_mut().zip(&near).for_each(|(n, &d)| *n = n.min(d));
+        anchors.push(Anchor { sketch: next, mesh: map[next as usize], near, weight: 1.0 });
+    }
+    anchors
+}
+
+/// The median of a length on the mesh by that on the sketch.
+fn scale(mesh: &PreparedMesh, anchors: &[Anchor]) -> f64 {
+    let pairs = anchors.iter().enumerate().flat_map(|(i, a)| anchors[..i].iter().map(move |b| (a, b)));
+    let ratio =
+        |(a, b): (&Anchor, &Anchor)| mesh.distances.between(a.mesh, b.mesh) / a.near[b.sketch as usize].max(1e-6);
+    median(pairs.map(ratio).collect()).clamp(SCALES[0], SCALES[1])
+}
+
+/// The median distortion of the distances between an anchor and others.
+fn bend(mesh: &PreparedMesh, scale: f64, anchor: &Anchor, others: &[Anchor]) -> f64 {
+    let distortion = |other: &Anchor| {
+        (scale * anchor.near[other.sketch as usize] - mesh.distances.between(anchor.mesh, other.mesh)).abs()
+    };
+    median(others.iter().map(distortion).collect())
+}

@@ -1,0 +1,79 @@
+//! The views a sketch may be drawn from, best first.
+
+use super::flat_shape::FlatShape;
+use super::prepared::PreparedMesh;
+use super::view::View;
+use super::warping::{cost, differences};
+use crate::mesh::{dot, subtract};
+use crate::numerics::{Cancelled, Watch};
+
+/// Views that are tried of either kind.
+const CANONICAL: usize = 6;
+const SPHERE: usize = 3;
+/// Starting points of the warp: every so many samples.
+const CANONICAL_EVERY: usize = 2;
+const SPHERE_EVERY: usize = 3;
+
+/// A view, and where it is from.
+pub struct Candidate {
+    pub view: View,
+    pub kind: Kind,
+}
+
+/// Where a candidate is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Canonical(usize),
+    Sphere(usize),
+}
+
+/// The canonical views and then those of the sphere with the least contour cost.
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> Result<Vec<Candidate>, Cancelled> {
+    let sides = |views: &[View], every: usize| {
+        let mut costs = Vec::with_capacity(2 * views.len());
+        for (k, view) in views.iter().enumerate() {
+            watch.proceed(0.0)?;
+            for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
+                costs.push((cost(&differences(&shape.contour, contour), every), k, side));
+            }
+        }
+        costs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok::<_, Cancelled>(costs)
+    };
+    let seen = |view: &View, side: usize| if side == 0 { view.clone() } else { view.from_behind() };
+
+    let mut chosen = Vec::new();
+    let ranked = sides(&mesh.canonical, CANONICAL_EVERY)?;
+    let cost_of =
+        |k: usize, side: usize| ranked.iter().find(|r| (r.1, r.2) == (k, side)).map_or(f64::INFINITY, |r| r.0);
+    for &(cost, k, side) in &ranked {
+        let toward = seen(&mesh.canonical[k], side).frame.toward_camera;
+        let away = toward.map(|x| -x);
+        // A silhouette from behind is about the same: take the side that feet and hands point to.
+        let turn =
+            k > 0 && cost_of(k, 1 - side) < 1.25 * cost + 0.01 && frontness(mesh, away) > frontness(mesh, toward);
+        let side = if turn { 1 - side } else { side };
+        if !chosen.contains(&(k, side)) && (chosen.len() < CANONICAL || k == 0) {
+            chosen.push((k, side));
+        }
+    }
+    let canonical = chosen
+        .into_iter()
+        .map(|(k, side)| Candidate { view: seen(&mesh.canonical[k], side), kind: Kind::Canonical(k) });
+    let sphere = sides(&mesh.sphere, SPHERE_EVERY)?
+        .into_iter()
+        .take(SPHERE)
+        .map(|(_, k, side)| Candidate { view: seen(&mesh.sphere[k], side), kind: Kind::Sphere(k) });
+    Ok(canonical.chain(sphere).collect())
+}
+
+/// How far the tips of the limbs lie on that side of their joints, in reaches.
+fn frontness(mesh: &PreparedMesh, direction: [f64; 3]) -> f64 {
+    let reach = |limb: &super::limbs::Limb| {
+        dot(subtract(mesh.positions[limb.tip as usize], limb.joint), direction) / limb.radius
+    };
+    mesh.limbs.iter().map(reach).sum::<f64>() / mesh.limbs.len().max(1) as f64
+}

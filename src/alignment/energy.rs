@@ -1,0 +1,53 @@
+//! How far a point map bends the distances within the sketch.
+
+use super::flat_shape::FlatShape;
+use super::sampled_distances::SampledDistances;
+
+/// The distortion a pair of points counts with at most.
+const MOST: f64 = 0.4;
+/// Within which a length of the sketch may be longer or shorter on the mesh; both have area 1, but a sketch shows one
+/// side.
+pub const SCALES: [f64; 2] = [0.45, 0.9];
+
+/// The distortion of a point map between the sketch's samples.
+#[derive(Clone, Debug)]
+pub struct Distortion {
+    /// Mean of min(|s d_sketch − d_mesh|, 0.4) over the pairs of samples.
+    pub mean: f64,
+    /// s, a length of the mesh by that of the sketch.
+    pub scale: f64,
+    /// The mean over the pairs of each sample.
+    pub of_samples: Vec<f64>,
+}
+
+/// The distortion of the map (m vertices of the mesh).
+pub fn distortion(shape: &FlatShape, distances: &SampledDistances, map: &[u32]) -> Distortion {
+    let count = shape.samples.len();
+    let mut pairs = Vec::with_capacity(count * count / 2);
+    for i in 0..count {
+        for j in 0..i {
+            let flat = shape.distances[i][shape.samples[j] as usize];
+            let solid = distances.between(map[shape.samples[i] as usize], map[shape.samples[j] as usize]);
+            pairs.push((i, j, flat, solid));
+        }
+    }
+    let scale = median(pairs.iter().map(|p| p.3 / p.2.max(1e-6)).collect()).clamp(SCALES[0], SCALES[1]);
+    let mut of_samples = vec![0.0; count];
+    for &(i, j, flat, solid) in &pairs {
+        let distortion = (scale * flat - solid).abs().min(MOST);
+        of_samples[i] += distortion;
+        of_samples[j] += distortion;
+    }
+    let total: f64 = of_samples.iter().sum();
+    of_samples.iter_mut().for_each(|d| *d /= count as f64);
+    Distortion { mean: total / (2.0 * pairs.len().max(1) as f64), scale, of_samples }
+}
+
+/// The middle value, of an even number the upper one; 0 of none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

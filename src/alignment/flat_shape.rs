@@ -1,0 +1,115 @@
+//! A sketch made ready to be laid on a mesh.
+
+use super::contour::Contour;
+use crate::mesh::TriangleMesh;
+use crate::mesh::geodesics::Marching;
+use crate::numerics::{Cancelled, Watch};
+use crate::spectral::laplacian;
+
+/// Points of the sketch between which distances are compared.
+const SAMPLES: usize = 80;
+
+/// A sketch at area 1 about its middle.
+pub struct FlatShape {
+    /// m × 2.
+    pub positions: Vec<[f64; 2]>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Edges i < j with half the sum of the cotangents opposite them, at least a little.
+    pub edges: Vec<(u32, u32, f64)>,
+    /// The vertices of the outline, counter-clockwise; holes are left out.
+    pub outline: Vec<u32>,
+    /// Farthest points, and their distances within the figure to every vertex.
+    pub samples: Vec<u32>,
+    pub distances: Vec<Vec<f64>>,
+    pub contour: Contour,
+    /// Area of the vertices, which sums to 1.
+    pub masses: Vec<f64>,
+    marching: Marching,
+    scale: f64,
+}
+
+impl FlatShape {
+    /// The sketch `mesh` (z = 0, counter-clockwise, connected) at area 1.
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn new(mesh: &TriangleMesh, watch: &dyn Watch) -> Result<FlatShape, Cancelled> {
+        let area = mesh.area();
+        let scale = area.sqrt();
+        let n = mesh.positions().len() as f64;
+        let middle: [f64; 2] = std::array::from_fn(|i| mesh.positions().iter().map(|p| p[i]).sum::<f64>() / n);
+        let positions: Vec<[f64; 2]> =
+            mesh.positions().iter().map(|p| [(p[0] - middle[0]) / scale, (p[1] - middle[1]) / scale]).collect();
+        let marching = Marching::new(mesh);
+        let (samples, mut distances) = farthest_points(&marching, &positions, watch)?;
+        distances.iter_mut().flatten().for_each(|d| *d /= scale);
+        Ok(FlatShape {
+            edges: edges(mesh),
+            outline: outline(mesh.triangles()),
+            contour: Contour::of(&positions, mesh.triangles()),
+            masses: laplacian::mass(mesh, laplacian::Lumping::Barycentric).iter().map(|a| a / area).collect(),
+            triangles: mesh.triangles().to_vec(),
+            positions,
+            samples,
+            distances,
+            marching,
+            scale,
+        })
+    }
+
+    /// The distances within the figure from a vertex to every other.
+    pub fn distances_from(&self, vertex: u32) -> Vec<f64> {
+        self.marching.distances(&[vertex]).iter().map(|d| d / self.scale).collect()
+    }
+}
+
+/// Farthest points from the vertex nearest to the middle, with their distances in the units of the mesh.
+fn farthest_points(
+    marching: &Marching,
+    positions: &[[f64; 2]],
+    watch: &dyn Watch,
+) -> Result<(Vec<u32>, Vec<Vec<f64>>), Cancelled> {
+    let squared = |v: &usize| positions[*v][0].powi(2) + positions[*v][1].powi(2);
+    let mut next = (0..positions.len()).min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(0);
+    let count = SAMPLES.min(positions.len());
+    let (mut samples, mut fields) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut nearest = vec![f64::INFINITY; positions.len()];
+    while samples.len() < count {
+        watch.proceed(samples.len() as f64 / count as f64)?;
+        let field = marching.distances(&[next as u32]);
+        samples.push(next as u32);
+        nearest.iter_mut().zip(&field).for_each(|(near, &d)| *near = near.min(d));
+        next = (0..nearest.len()).fold(0, |best, v| if nearest[v] > nearest[best] { v } else { best });
+        fields.push(field);
+    }
+    Ok((samples, fields))
+}
+
+fn edges(mesh: &TriangleMesh) -> Vec<(u32, u32, f64)> {
+    let stiffness = laplacian::stiffness(mesh);
+    let above = stiffness.iter().filter(|(_, (i, j))| i < j);
+    above.map(|(value, (i, j))| (i as u32, j as u32, (-value).max(1e-6))).collect()
+}
+
+/// The longest closed boundary, in the order of the triangles' winding.
+fn outline(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut half_edges: Vec<(u32, u32)> = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+    half_edges.sort_unstable();
+    let free = half_edges.iter().filter(|&&(a, b)| half_edges.binary_search(&(b, a)).is_err());
+    // The mesh is manifold: a vertex of the boundary has one half-edge of it.
+    let after: std::collections::BTreeMap<u32, u32> = free.copied().collect();
+    let mut unseen: std::collections::BTreeSet<u32> = after.keys().copied().collect();
+    let mut longest = Vec::new();
+    while let Some(start) = unseen.first().copied() {
+        let mut ring = Vec::new();
+        let mut vertex = start;
+        while unseen.remove(&vertex) {
+            ring.push(vertex);
+            vertex = after[&vertex];
+        }
+        if ring.len() > longest.len() {
+            longest = ring;
+        }
+    }
+    longest
+}

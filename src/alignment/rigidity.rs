@@ -1,0 +1,130 @@
+//! As-rigid-as-possible deformation of a flat shape [SA07].
+
+use faer::Mat;
+use sprs::TriMat;
+
+use super::flat_shape::FlatShape;
+use crate::numerics::cholesky::{FactorisationError, SparseCholesky};
+
+/// Turns of local rotations and global positions.
+const ROUNDS: usize = 8;
+
+/// A vertex of the shape drawn to a place, with the weight of the squared distance beside the elastic energy.
+#[derive(Clone, Copy, Debug)]
+pub struct Pull {
+    pub vertex: u32,
+    pub target: [f64; 2],
+    pub weight: f64,
+}
+
+/// The positions (m × 2) of least elastic energy under the pulls. The rest shape is scaled by the similarity that fits
+/// the pulls best, so that a shape of another size is no strain.
+///
+/// # Errors
+/// Where the pulls leave the position undetermined.
+pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
+    let n = shape.positions.len();
+    let mut entries = TriMat::with_capacity((n, n), 4 * shape.edges.len() + pulls.len());
+    for &(i, j, w) in &shape.edges {
+        let (i, j) = (i as usize, j as usize);
+        entries.add_triplet(i, i, 2.0 * w);
+        entries.add_triplet(j, j, 2.0 * w);
+        entries.add_triplet(i, j, -2.0 * w);
+        entries.add_triplet(j, i, -2.0 * w);
+    }
+    let mut hold = vec![0.0; n];
+    let mut pull = vec![[0.0; 2]; n];
+    for p in pulls {
+        let v = p.vertex as usize;
+        entries.add_triplet(v, v, p.weight);
+        hold[v] += p.weight;
+        for axis in 0..2 {
+            pull[v][axis] += p.weight * p.target[axis];
+        }
+    }
+    let factor = SparseCholesky::new(&entries.to_csr())?;
+    let solve = |right: &dyn Fn(usize, usize) -> f64| {
+        let mut block = Mat::from_fn(n, 2, right);
+        factor.solve(block.as_mut())?;
+        Ok::<_, FactorisationError>((0..n).map(|v| [block[(v, 0)], block[(v, 1)]]).collect::<Vec<[f64; 2]>>())
+    };
+
+    let similarity = Similarity::fitted(shape, pulls);
+    let rest: Vec<[f64; 2]> = shape.positions.iter().map(|p| p.map(|x| x * similarity.scale)).collect();
+    let placed: Vec<[f64; 2]> = shape.positions.iter().map(|&p| similarity.apply(p)).collect();
+    let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis])?;
+    let mut now: Vec<[f64; 2]> = placed.iter().zip(&correction).map(|(p, c)| [p[0] + c[0], p[1] + c[1]]).collect();
+    for _ in 0..ROUNDS {
+        let turns = rotations(shape, &rest, &now);
+        let mut right = pull.clone();
+        for &(i, j, w) in &shape.edges {
+            let (i, j) = (i as usize, j as usize);
+            let edge = [rest[i][0] - rest[j][0], rest[i][1] - rest[j][1]];
+            let (c, s) = (turns[i][0] + turns[j][0], turns[i][1] + turns[j][1]);
+            let force = [w * (c * edge[0] - s * edge[1]), w * (s * edge[0] + c * edge[1])];
+            for axis in 0..2 {
+                right[i][axis] += force[axis];
+                right[j][axis] -= force[axis];
+            }
+        }
+        now = solve(&|v, axis| right[v][axis])?;
+    }
+    Ok(now)
+}
+
+/// The best rotation of every vertex's star as (cos, sin).
+fn rotations(shape: &FlatShape, rest: &[[f64; 2]], now: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut turns = vec![[0.0; 2]; rest.len()];
+    for &(i, j, w) in &shape.edges {
+        let (i, j) = (i as usize, j as usize);
+        let e = [rest[i][0] - rest[j][0], rest[i][1] - rest[j][1]];
+        let d = [now[i][0] - now[j][0], now[i][1] - now[j][1]];
+        let (c, s) = (w * (e[0] * d[0] + e[1] * d[1]), w * (e[0] * d[1] - e[1] * d[0]));
+        for v in [i, j] {
+            turns[v][0] += c;
+            turns[v][1] += s;
+        }
+    }
+    for turn in &mut turns {
+        let length = turn[0].hypot(turn[1]) + 1e-12;
+        *turn = turn.map(|x| x / length);
+    }
+    turns
+}
+
+/// p ↦ scale · R p + shift.
+struct Similarity {
+    scale: f64,
+    turn: [f64; 2],
+    shift: [f64; 2],
+}
+
+impl Similarity {
+    /// The weighted least-squares similarity from the pulled vertices to their targets, without reflection.
+    fn fitted(shape: &FlatShape, pulls: &[Pull]) -> Similarity {
+        let total: f64 = pulls.iter().map(|p| p.weight).sum();
+        let mean = |at: &dyn Fn(&Pull) -> [f64; 2]| -> [f64; 2] {
+            std::array::from_fn(|axis| pulls.iter().map(|p| p.weight * at(p)[axis]).sum::<f64>() / total)
+        };
+        let from = |p: &Pull| shape.positions[p.vertex as usize];
+        let (a, b) = (mean(&from), mean(&|p| p.target));
+        let (mut c, mut s, mut spread) = (0.0, 0.0, 0.0);
+        for p in pulls {
+            let (x, y) = (from(p), p.target);
+            let (x, y) = ([x[0] - a[0], x[1] - a[1]], [y[0] - b[0], y[1] - b[1]]);
+            c += p.weight * (x[0] * y[0] + x[1] * y[1]);
+            s += p.weight * (x[0] * y[1] - x[1] * y[0]);
+            spread += p.weight * (x[0] * x[0] + x[1] * x[1]);
+        }
+        let length = c.hypot(s);
+        let turn = if length > 0.0 { [c / length, s / length] } else { [1.0, 0.0] };
+        let scale = if spread > 0.0 && length > 0.0 { length / spread } else { 1.0 };
+        let [c, s] = turn.map(|x| x * scale);
+        Similarity { scale, turn, shift: [b[0] - c * a[0] + s * a[1], b[1] - s * a[0] - c * a[1]] }
+    }
+
+    fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [c, s] = self.turn.map(|t| t * self.scale);
+        [c * x - s * y + self.shift[0], s * x + c * y + self.shift[1]]
+    }
+}

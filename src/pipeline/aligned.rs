@@ -1,0 +1,95 @@
+//! The alignment of views within a match: its stage, and what the result says of it.
+
+use super::outcome::{AlignmentReport, Alternative, AlternativeKind, MatchedBy, SeenPart, ViewReport};
+use super::request::Part;
+use super::{MatchError, Surroundings};
+use crate::alignment::flat_shape::FlatShape;
+use crate::alignment::frame::Frame;
+use crate::alignment::prepared::PreparedMesh;
+use crate::alignment::{self, Alignment, Pair, Way};
+use crate::mesh::connectivity::Component;
+use crate::mesh::dot;
+use crate::numerics::Watch;
+use crate::sketch::Sketch;
+
+/// How far behind the plane of symmetry a vertex still belongs to the side in front, in units of √area.
+const BEYOND: f64 = 0.02;
+
+/// The sketch laid on the component of the mesh, and the vertices that may be matched.
+pub(super) struct Aligned {
+    pub alignment: Alignment,
+    pub part: SeenPart,
+    /// Vertices of the component on the part that is seen, ascending.
+    pub visible: Vec<u32>,
+}
+
+/// The sketch laid on the component. Landmarks are pairs of vertices.
+pub(super) fn aligned(
+    sketch: &Sketch,
+    component: &Component,
+    landmarks: &[[usize; 2]],
+    part: Part,
+    surroundings: &Surroundings<'_>,
+    watch: &dyn Watch,
+) -> Result<Aligned, MatchError> {
+    let prepared = surroundings.preparations.prepared(&component.mesh, watch)?;
+    let shape = FlatShape::new(sketch.mesh(), watch)?;
+    let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
+    let alignment = alignment::aligned(&shape, &prepared, &pairs, watch)?;
+    let part = match part {
+        Part::Whole => SeenPart::Whole,
+        Part::Side => SeenPart::Side,
+        Part::Auto if alignment.sideways => SeenPart::Side,
+        Part::Auto => SeenPart::Whole,
+    };
+    let visible = visible(&prepared, &alignment.frame, part);
+    Ok(Aligned { alignment, part, visible })
+}
+
+/// All vertices, or those on the camera's side of the plane of symmetry.
+fn visible(mesh: &PreparedMesh, frame: &Frame, part: SeenPart) -> Vec<u32> {
+    let toward = dot(mesh.symmetry.normal, frame.toward_camera).signum();
+    let seen =
+        |v: &u32| part == SeenPart::Whole || toward * mesh.symmetry.height(mesh.positions[*v as usize]) > -BEYOND;
+    (0..mesh.positions.len() as u32).filter(seen).collect()
+}
+
+impl Aligned {
+    /// What the result says of the alignment, in the numbering of the user's mesh.
+    pub fn report(&self, component: &Component) -> AlignmentReport {
+        let alignment = &self.alignment;
+        AlignmentReport {
+            view: view(&alignment.frame),
+            part: self.part,
+            by: match alignment.way {
+                Way::View => MatchedBy::View,
+                Way::Pose => MatchedBy::Pose,
+                Way::Distances => MatchedBy::Distances,
+            },
+            contour_cost: alignment.contour,
+            distortion: alignment.distortion,
+            score: alignment.score,
+            mesh_vertices: of_file(component, &alignment.map),
+        }
+    }
+
+    pub fn alternatives(&self, component: &Component) -> Vec<Alternative> {
+        let alternatives = self.alignment.alternatives.iter();
+        alternatives
+            .map(|alternative| Alternative {
+                kind: if alternative.mirrored { AlternativeKind::Mirrored } else { AlternativeKind::View },
+                view: view(&alternative.frame),
+                score: alternative.score,
+                mesh_vertices: of_file(component, &alternative.map),
+            })
+            .collect()
+    }
+}
+
+fn view(frame: &Frame) -> ViewReport {
+    ViewReport { toward_camera: frame.toward_camera, up: frame.up }
+}
+
+fn of_file(component: &Component, map: &[u32]) -> Vec<u32> {
+    map.iter().map(|&v| component.vertices[v as usize]).collect()
+}
