@@ -4,3 +4,6 @@
 //! it says pixels.
 
 pub mod frame;
+mod pieces;
+pub mod silhouette;
+pub mod single_outline;

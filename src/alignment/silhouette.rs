@@ -1,0 +1,162 @@
+//! Pictures of projected triangles.
+
+/// Longer side of the picture, border included, in pixels.
+const SIDE: usize = 256;
+
+/// Empty border round the figure, in pixels.
+pub(super) const MARGIN: f64 = 10.0;
+
+/// A square picture in black and white, and where it lies in the plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mask {
+    /// Pixels in a row and rows in the picture.
+    pub side: usize,
+    /// side × side, row by row in the direction of +y: whether a pixel belongs to the figure.
+    pub inside: Vec<bool>,
+    /// Lower left corner of the figure's bounding box, in units of the points.
+    pub low: [f64; 2],
+    /// Pixels per unit of the points. Centres of pixels are at whole numbers, and the point p at
+    /// (p − `low`) · `scale` + the border of 10 pixels.
+    pub scale: f64,
+}
+
+impl Mask {
+    /// Pixels of the figure.
+    pub fn area(&self) -> usize {
+        self.inside.iter().filter(|&&inside| inside).count()
+    }
+
+    /// The point of the plane at a place in the picture.
+    pub(super) fn point(&self, pixel: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| (pixel[axis] - MARGIN) / self.scale + self.low[axis])
+    }
+}
+
+/// The union of the triangles, m × 3 valid indices into `points`, as a picture of 256 × 256 pixels that it fills but for a
+/// border of 10. Corners are rounded to centres of pixels; a triangle has the pixels of its edges and those between
+/// them, so that triangles thinner than a pixel leave their trace. Points of no triangle do not count. The orientation
+/// of a triangle has no meaning.
+pub fn silhouette(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> Mask {
+    let (low, extent) = bounds(points, triangles);
+    let scale = (SIDE as f64 - 2.0 * MARGIN) / extent;
+    // A figure without extent is a dot at any scale.
+    let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
+    let pixel = |p: &[f64; 2]| {
+        [0, 1].map(|axis| ((p[axis] - low[axis]) * scale + MARGIN + 0.5).clamp(0.0, SIDE as f64 - 1.0) as i32)
+    };
+    let pixels: Vec<[i32; 2]> = points.iter().map(pixel).collect();
+    let mut pen = Pen { inside: vec![false; SIDE * SIDE], spans: [EMPTY; SIDE] };
+    for triangle in triangles {
+        pen.fill(triangle.map(|v| pixels[v as usize]));
+    }
+    Mask { side: SIDE, inside: pen.inside, low, scale }
+}
+
+/// The lower left corner and the longer side of the bounding box of all corners of triangles.
+fn bounds(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> ([f64; 2], f64) {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for &v in triangles.as_flattened() {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(points[v as usize][axis]);
+            high[axis] = high[axis].max(points[v as usize][axis]);
+        }
+    }
+    if triangles.is_empty() { ([0.0; 2], 0.0) } else { (low, (high[0] - low[0]).max(high[1] - low[1])) }
+}
+
+/// First and last pixel of a triangle in a row that it does not reach.
+const EMPTY: [i32; 2] = [i32::MAX, i32::MIN];
+
+/// The picture in work, and room for the rows of one triangle.
+struct Pen {
+    inside: Vec<bool>,
+    /// First and last pixel of the triangle in hand by row; empty between triangles.
+    spans: [[i32; 2]; SIDE],
+}
+
+impl Pen {
+    fn fill(&mut self, [a, b, c]: [[i32; 2]; 3]) {
+        let least = |axis: usize| a[axis].min(b[axis]).min(c[axis]);
+        let most = |axis: usize| a[axis].max(b[axis]).max(c[axis]);
+        let (bottom, top) = (least(1), most(1));
+        // Most triangles of a fine mesh are all corners.
+        if most(0) - least(0) <= 1 && top - bottom <= 1 {
+            for [x, y] in [a, b, c] {
+                self.inside[y as usize * SIDE + x as usize] = true;
+            }
+            return;
+        }
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            self.edge(p, q);
+        }
+        for y in bottom as usize..=top as usize {
+            let [from, to] = std::mem::replace(&mut self.spans[y], EMPTY);
+            self.inside[y * SIDE + from as usize..=y * SIDE + to as usize].fill(true);
+        }
+    }
+
+    /// Widens the rows by the pixels of an edge: those whose centre is within half a pixel of it, measured across its
+    /// longer extent.
+    fn edge(&mut self, p: [i32; 2], q: [i32; 2]) {
+        let ([x, y], [end, top]) = if p[1] <= q[1] { (p, q) } else { (q, p) };
+        let (least, most) = (x.min(end) as f32, x.max(end) as f32);
+        let slope = if top > y { (end - x) as f32 / (top - y) as f32 } else { most - least };
+        let reach = 0.5 * slope.abs().max(1.0);
+        for row in y..=top {
+            let centre = x as f32 + (row - y) as f32 * slope;
+            let (from, to) = if top > y { (centre - reach, centre + reach) } else { (least, most) };
+            let (from, to) = (from.max(least), to.min(most));
+            let [first, last] = &mut self.spans[row as usize];
+            *first = (*first).min(from as i32 + i32::from(from > from as i32 as f32));
+            *last = (*last).max(to as i32);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_fills_the_picture_but_for_the_border() {
+        let points = [[3.0, 3.0], [5.0, 3.0], [5.0, 5.0], [3.0, 5.0], [900.0, 0.0]];
+        let mask = silhouette(&points, &[[0, 1, 2], [3, 0, 2]]);
+        assert_eq!((mask.low, mask.scale, mask.side), ([3.0, 3.0], 118.0, 256));
+        for (pixel, &inside) in mask.inside.iter().enumerate() {
+            let [x, y] = [pixel % 256, pixel / 256];
+            assert_eq!(inside, (10..=246).contains(&x) && (10..=246).contains(&y));
+        }
+        assert_eq!(mask.area(), 237 * 237);
+        assert_eq!(mask.point([128.0, 10.0]), [4.0, 3.0]);
+    }
+
+    #[test]
+    fn a_triangle_is_near_the_pixels_it_covers() {
+        let corners = [[0.0, 0.1], [1.0, 0.0], [0.3, 0.8]];
+        let mask = silhouette(&corners, &[[0, 2, 1]]);
+        let cross = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| {
+            ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])) / (b[0] - a[0]).hypot(b[1] - a[1])
+        };
+        for (pixel, &inside) in mask.inside.iter().enumerate() {
+            let p = mask.point([pixel % 256, pixel / 256].map(|x| x as f64));
+            let depth = (0..3).map(|i| cross(corners[i], corners[(i + 1) % 3], p)).fold(f64::INFINITY, f64::min);
+            assert!(inside || depth * mask.scale < 1.0, "missed");
+            assert!(!inside || depth * mask.scale > -1.2, "{} beyond", depth * mask.scale);
+        }
+    }
+
+    #[test]
+    fn a_needle_is_a_line_without_a_gap() {
+        let mask = silhouette(&[[0.0, 0.0], [1.0, 0.37], [0.5, 0.185]], &[[0, 1, 2]]);
+        let columns: Vec<usize> = (0..256).map(|x| (0..256).filter(|y| mask.inside[y * 256 + x]).count()).collect();
+        assert!(columns[10..=246].iter().all(|&count| count == 1 || count == 2));
+    }
+
+    #[test]
+    fn nothing_and_a_dot_are_no_trouble() {
+        assert_eq!(silhouette(&[], &[]).area(), 0);
+        let dot = silhouette(&[[7.0, 8.0]; 3], &[[0, 1, 2]]);
+        assert_eq!((dot.area(), dot.point([10.0, 10.0])), (1, [7.0, 8.0]));
+        assert_eq!(silhouette(&[[0.0, 0.0], [1e-320, 0.0], [0.0, 1e-320]], &[[0, 1, 2]]).area(), 1);
+    }
+}
