@@ -1,0 +1,191 @@
+//! The outline of a figure, sampled, and how each sample sees the others.
+
+use serde::{Deserialize, Serialize};
+
+use super::inner_paths::InnerPaths;
+use super::shape_context::{BINS, mirrored, shape_contexts};
+use super::silhouette::{MARGIN, Mask, silhouette};
+use super::single_outline::single_outline;
+
+/// Samples of an outline.
+pub const SAMPLES: usize = 110;
+
+/// The outline of a figure, counter-clockwise from an arbitrary start, at equal distances along it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contour {
+    /// 110 samples, in units of the points it was made of.
+    pub curve: Vec<[f64; 2]>,
+    /// 110 × (8 radii × 12 angles): per sample its inner-distance shape context [LJ07], summing to 1.
+    pub histograms: Vec<f32>,
+    /// Per sample how far it is along the inward normal to the other side of the figure, over the square root of the
+    /// figure's area; 0 where the normal does not meet the figure. It is not part of the histograms.
+    pub thickness: Vec<f32>,
+}
+
+impl Contour {
+    /// The contour of the union of triangles, m × 3 indices into `points`: that of its largest piece, with larger holes
+    /// cut open. Looked at in a picture of 256 pixels. Does not change with position and scale of the figure, up to
+    /// rounding. Of no triangles, or triangles of no extent, all samples are about the same point.
+    pub fn of(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> Contour {
+        let outline = single_outline(&silhouette(points, triangles));
+        let inside = outline.inside;
+        let samples = equal_arcs(&outline.points);
+        let tangents: Vec<[f64; 2]> = (0..SAMPLES)
+            .map(|i| {
+                let (before, after) = (samples[(i + SAMPLES - 1) % SAMPLES], samples[(i + 1) % SAMPLES]);
+                [after[0] - before[0], after[1] - before[1]]
+            })
+            .collect();
+        let unit = (inside.area().max(1) as f64).sqrt();
+        let histograms = shape_contexts(&samples, &tangents, &InnerPaths::between(&samples, &inside), unit);
+        let chords = samples.iter().zip(&tangents).map(|(&sample, &tangent)| chord(&inside, sample, tangent));
+        let thickness = chords.map(|chord| (chord / unit) as f32).collect();
+        Contour { curve: samples.iter().map(|&pixel| inside.point(pixel)).collect(), histograms, thickness }
+    }
+
+    /// The contour of the mirrored figure: the samples 0, 109, 108, …, 1, because the reflection of a counter-clockwise
+    /// line runs clockwise, and their histograms with the angle a at π − a. `curve` is reordered only: which axis the
+    /// reflection is in, the reader knows.
+    pub fn reversed(&self) -> Contour {
+        let order = || (0..SAMPLES).map(|i| (SAMPLES - i) % SAMPLES);
+        Contour {
+            curve: order().map(|i| self.curve[i]).collect(),
+            histograms: order().flat_map(|i| mirrored(&self.histograms[i * BINS..][..BINS])).collect(),
+            thickness: order().map(|i| self.thickness[i]).collect(),
+        }
+    }
+}
+
+/// The samples of a closed polygon at equal distances along it, from its first corner on.
+fn equal_arcs(corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let Some(&first) = corners.first() else { return vec![[MARGIN; 2]; SAMPLES] };
+    let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
+    let length = |a: &[f64; 2], b: &[f64; 2]| (b[0] - a[0]).hypot(b[1] - a[1]);
+    let spacing = edges().map(|(a, b)| length(a, b)).sum::<f64>() / SAMPLES as f64;
+    let mut samples = Vec::with_capacity(SAMPLES);
+    let mut passed = 0.0;
+    for (a, b) in edges() {
+        let length = length(a, b);
+        while samples.len() < SAMPLES && samples.len() as f64 * spacing < passed + length {
+            let t = (samples.len() as f64 * spacing - passed) / length;
+            samples.push([0, 1].map(|axis| a[axis] + t * (b[axis] - a[axis])));
+        }
+        passed += length;
+    }
+    // Rounding may leave out the last one, or all of a polygon without length.
+    samples.resize(SAMPLES, first);
+    samples
+}
+
+/// Length in pixels of the normal of an outline from a sample through the inside to where it leaves it; 0 where it does
+/// not enter.
+fn chord(inside: &Mask, sample: [f64; 2], tangent: [f64; 2]) -> f64 {
+    const STEP: f64 = 0.25;
+    // The sample is between two pixels, and the normal may pass the corner of another.
+    const ENTRY: f64 = 2.0;
+    let length = tangent[0].hypot(tangent[1]);
+    if length == 0.0 {
+        return 0.0;
+    }
+    let normal = [-tangent[1] / length, tangent[0] / length];
+    let mut entered = false;
+    for step in 1..(1.5 * inside.side as f64 / STEP) as usize {
+        let distance = step as f64 * STEP;
+        let [x, y] = [0, 1].map(|axis| (sample[axis] + distance * normal[axis] + 0.5).floor());
+        let within = x >= 0.0 && y >= 0.0 && (x as usize) < inside.side;
+        let within = within && inside.inside.get(y as usize * inside.side + x as usize) == Some(&true);
+        match (entered, within) {
+            (true, false) => return distance - 0.5 * STEP,
+            (false, false) if distance > ENTRY => return 0.0,
+            _ => entered |= within,
+        }
+    }
+    0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::warping::{Warp, cost, differences, warp};
+    use super::*;
+
+    /// A fan of triangles about the origin: a star-shaped figure without symmetry, with two long limbs.
+    fn star() -> (Vec<[f64; 2]>, Vec<[u32; 3]>) {
+        let corner = |k: u32| {
+            let angle = f64::from(k) * std::f64::consts::TAU / 200.0;
+            let bump = |at: f64, width: f64| (-((angle - at) / width).powi(2)).exp();
+            let radius = 1.0 + 2.0 * bump(1.0, 0.15) + 1.2 * bump(2.6, 0.3) + 0.8 * bump(4.0, 0.2);
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        let points = std::iter::once([0.0; 2]).chain((0..200).map(corner)).collect();
+        (points, (0..200).map(|k| [0, 1 + k, 1 + (k + 1) % 200]).collect())
+    }
+
+    fn turned(points: &[[f64; 2]], degrees: f64) -> Vec<[f64; 2]> {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        points.iter().map(|&[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect()
+    }
+
+    #[test]
+    fn samples_lie_on_the_outline_at_equal_distances() {
+        let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let contour = Contour::of(&square, &[[0, 1, 2], [0, 2, 3]]);
+        assert_eq!((contour.curve.len(), contour.histograms.len(), contour.thickness.len()), (110, 110 * 96, 110));
+        for p in &contour.curve {
+            let depth = p.iter().map(|x| x.min(2.0 - x)).fold(f64::INFINITY, f64::min);
+            assert!(depth.abs() < 0.01, "{p:?}");
+        }
+        let area: f64 = (0..SAMPLES)
+            .map(|i| (contour.curve[i], contour.curve[(i + 1) % SAMPLES]))
+            .map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0]))
+            .sum();
+        assert!((area - 4.0).abs() < 0.05, "{area}");
+        for row in contour.histograms.chunks_exact(BINS) {
+            assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+        }
+        // The side of the square beside the root of its area, but at the corners.
+        let straight = contour.thickness.iter().filter(|&&thickness| (thickness - 1.0).abs() < 0.02).count();
+        assert!(straight >= 95, "{straight}");
+    }
+
+    #[test]
+    fn the_twin_is_the_contour_of_the_reflection() {
+        let (points, triangles) = star();
+        let contour = Contour::of(&points, &triangles);
+        let reflection: Vec<[f64; 2]> = points.iter().map(|&[x, y]| [-x, y]).collect();
+        let reflection = Contour::of(&reflection, &triangles);
+        let twin = contour.reversed();
+        let Warp { cost: alike, path } = warp(&differences(&reflection, &twin));
+        let unlike = cost(&differences(&reflection, &contour), 1);
+        assert!(alike < 0.02 && unlike > 4.0 * alike, "{alike} {unlike}");
+        for (i, j) in path {
+            let ([x, y], [u, v]) = (reflection.curve[i], twin.curve[j]);
+            assert!((x + u).hypot(y - v) < 0.2, "{x} {y} {u} {v}");
+        }
+        assert_eq!(twin.reversed(), contour);
+    }
+
+    #[test]
+    fn position_scale_and_turn_hardly_matter() {
+        let (points, triangles) = star();
+        let contour = Contour::of(&points, &triangles);
+        assert!(cost(&differences(&contour, &contour), 1) < 1e-6);
+        let moved: Vec<[f64; 2]> = points.iter().map(|&[x, y]| [8.0 * x + 64.0, 8.0 * y - 16.0]).collect();
+        assert_eq!(Contour::of(&moved, &triangles).histograms, contour.histograms);
+        for degrees in [20.0, 90.0, 137.0] {
+            let other = Contour::of(&turned(&points, degrees), &triangles);
+            let changed = cost(&differences(&contour, &other), 1);
+            assert!(changed < 0.02, "{degrees}: {changed}");
+        }
+    }
+
+    #[test]
+    fn figures_without_extent_have_a_contour() {
+        let needle = Contour::of(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], &[[0, 1, 2]]);
+        for contour in [Contour::of(&[], &[]), Contour::of(&[[5.0, 6.0]; 3], &[[0, 1, 2]]), needle] {
+            assert_eq!((contour.curve.len(), contour.histograms.len(), contour.thickness.len()), (110, 110 * 96, 110));
+            assert!(contour.curve.as_flattened().iter().all(|x| x.is_finite()));
+            assert!(contour.histograms.iter().chain(&contour.thickness).all(|x| x.is_finite()));
+            assert!(warp(&differences(&contour, &contour)).cost < 1e-6);
+        }
+    }
+}
