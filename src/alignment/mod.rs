@@ -4,3 +4,11 @@
 //! it says pixels.
 
 pub mod frame;
+pub mod limbs;
+mod mirror;
+pub mod sampled_distances;
+pub mod symmetry;
+pub mod views;
+
+#[cfg(test)]
+mod solids;

@@ -40,6 +40,14 @@ impl Marching {
     /// # Panics
     /// Where a source is not a vertex of the mesh.
     pub fn distances(&self, sources: &[u32]) -> Vec<f64> {
+        self.distances_within(sources, f64::INFINITY)
+    }
+
+    /// As [`Marching::distances`] up to `reach`, and beyond it anything that is larger than `reach`.
+    ///
+    /// # Panics
+    /// As [`Marching::distances`].
+    pub fn distances_within(&self, sources: &[u32], reach: f64) -> Vec<f64> {
         let mut distances = vec![f64::INFINITY; self.carried.len()];
         let mut front = BinaryHeap::new();
         for &vertex in sources {
@@ -47,7 +55,9 @@ impl Marching {
             front.push(Arrival { distance: 0.0, vertex });
         }
         let mut patience = PATIENCE * self.carried.len();
-        while let Some(Arrival { distance, vertex }) = front.pop().filter(|_| patience > 0) {
+        while let Some(Arrival { distance, vertex }) =
+            front.pop().filter(|arrival| patience > 0 && arrival.distance <= reach)
+        {
             if distance > distances[vertex as usize] {
                 continue;
             }

@@ -9,6 +9,7 @@ pub mod cholesky;
 pub mod conjugate_gradient;
 pub mod cosamp;
 pub mod least_squares;
+pub mod nelder_mead;
 pub mod proximal_gradient;
 pub mod proximal_operators;
 

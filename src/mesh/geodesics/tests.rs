@@ -139,3 +139,12 @@ fn what_no_source_reaches_is_infinitely_far() {
     assert_eq!(found[3..], [f64::INFINITY; 3]);
     assert_eq!(distances(&mesh, &[]), [f64::INFINITY; 6]);
 }
+
+#[test]
+fn a_short_reach_changes_nothing_within_it() {
+    let mesh = square(20, 0.3);
+    let marching = Marching::new(&mesh);
+    for (far, near) in marching.distances(&[200]).iter().zip(marching.distances_within(&[200], 0.3)) {
+        assert!(if *far <= 0.3 { near == *far } else { near > 0.3 });
+    }
+}

@@ -1,0 +1,63 @@
+//! Bodies for tests, centred and of area 1.
+
+use std::f64::consts::PI;
+
+use crate::mesh::{TriangleMesh, dot};
+
+/// The unit sphere of parallels and meridians with each of its points put where `place` says.
+pub fn ball(rows: usize, columns: usize, place: impl Fn([f64; 3]) -> [f64; 3]) -> TriangleMesh {
+    let mut directions = vec![[0.0, 0.0, 1.0]];
+    for row in 1..rows {
+        let (polar, z) = (PI * row as f64 / rows as f64).sin_cos();
+        directions.extend((0..columns).map(|column| {
+            let (y, x) = (2.0 * PI * column as f64 / columns as f64).sin_cos();
+            [polar * x, polar * y, z]
+        }));
+    }
+    directions.push([0.0, 0.0, -1.0]);
+    let south = (directions.len() - 1) as u32;
+    let at = |row: usize, column: usize| (1 + row * columns + column % columns) as u32;
+    let mut triangles = Vec::new();
+    for column in 0..columns {
+        triangles.push([0, at(0, column), at(0, column + 1)]);
+        triangles.push([south, at(rows - 2, column + 1), at(rows - 2, column)]);
+        for row in 0..rows - 2 {
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column + 1), at(row + 1, column)];
+            triangles.extend([[a, d, c], [a, c, b]]);
+        }
+    }
+    let positions: Vec<_> = directions.into_iter().map(place).collect();
+    let scale = TriangleMesh::new(positions.clone(), triangles.clone()).unwrap().area().sqrt();
+    let middle: [f64; 3] =
+        std::array::from_fn(|i| positions.iter().map(|p| p[i]).sum::<f64>() / positions.len() as f64);
+    let positions = positions.iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale)).collect();
+    TriangleMesh::new(positions, triangles).unwrap()
+}
+
+pub fn sphere(rows: usize, columns: usize) -> TriangleMesh {
+    ball(rows, columns, |direction| direction)
+}
+
+/// A body of five rays: a head up, two arms, two longer legs, its left side at x > 0, the mirror image of its right but
+/// that the left arm is bent backwards by `bend` of its length, and the head leans to the front.
+pub fn star(bend: f64) -> TriangleMesh {
+    let rays = [(0.0f64, 1.0), (1.3, 1.3), (-1.3, 1.3), (2.6, 1.7), (-2.6, 1.7)];
+    ball(40, 80, |direction| {
+        let reach = rays.iter().map(|&(angle, reach)| {
+            let away = dot(direction, [angle.sin(), 0.0, angle.cos()]).clamp(-1.0, 1.0).acos();
+            reach * (-(away / 0.25).powi(2)).exp()
+        });
+        let radius = 0.4 + reach.sum::<f64>();
+        let [x, y, z] = direction.map(|x| radius * x);
+        let beyond = if z > 0.0 { (x - 0.5).max(0.0) } else { 0.0 };
+        [x, y - bend * beyond + 0.2 * z.max(0.0).powi(2), z]
+    })
+}
+
+/// The point turned about the z-axis and then about the x-axis.
+pub fn turned([x, y, z]: [f64; 3], angles: [f64; 2]) -> [f64; 3] {
+    let [(sin, cos), (tilt_sin, tilt_cos)] = angles.map(f64::sin_cos);
+    let [x, y] = [cos * x - sin * y, sin * x + cos * y];
+    [x, tilt_cos * y - tilt_sin * z, tilt_sin * y + tilt_cos * z]
+}
