@@ -107,7 +107,7 @@ impl Corner {
         let (reach, rise) = (self.at[0] - x, self.at[1] + depth);
         let crossing = x + reach * depth / rise;
         // Without such a point the depth is not a number, and neither is the crossing.
-        if (0.0..=self.width).contains(&crossing) { reach.hypot(rise) } else { f64::INFINITY }
+        if (0.0..=self.width).contains(&crossing) { (reach * reach + rise * rise).sqrt() } else { f64::INFINITY }
     }
 }
 
