@@ -116,7 +116,7 @@ fn a_shape_matched_with_itself_gives_the_identity() {
     let itself = Case { sketch, mesh, truth: case("quadruped").truth };
     let request = json!({
         "regions": {"method": "given", "sketch": labels, "mesh": labels},
-        "regulariser": {"type": "none"}, "conversion": {"method": "nearest"},
+        "alignment": {"method": "none"}, "regulariser": {"type": "none"},
     });
     let result = matched(&itself, request, &patient()).unwrap();
     for (i, row) in result.c.values.iter().enumerate() {
@@ -130,11 +130,81 @@ fn a_shape_matched_with_itself_gives_the_identity() {
     assert!(result.confidence > 1.0 - 1e-9);
 }
 
+/// Mean coherent error of the result.
+fn error(case: &Case, result: &MatchResult) -> f64 {
+    let at: Vec<[f64; 2]> = result.correspondences.iter().map(|c| c.point).collect();
+    let to: Vec<u32> = result.correspondences.iter().map(|c| c.mesh_vertex).collect();
+    mean(&errors(&case.mesh, &case.truth, &answers(&case.truth, &at, &to)).coherent)
+}
+
+/// The case with another mesh, its vertices moved one by one.
+fn moved(case: &Case, place: impl Fn([f64; 3]) -> [f64; 3]) -> Case {
+    let positions = case.mesh.positions().iter().map(|&p| place(p)).collect();
+    let mesh = TriangleMesh::new(positions, case.mesh.triangles().to_vec()).unwrap();
+    Case { sketch: case.sketch.clone(), mesh, truth: case.truth.clone() }
+}
+
+#[test]
+fn a_match_needs_no_hand_and_no_particular_place_of_the_mesh() {
+    for creature in ["quadruped", "biped"] {
+        let case = case(creature);
+        let plain = matched(&case, json!({}), &patient()).unwrap();
+        assert!(error(&case, &plain) < 0.04, "{creature}: {}", error(&case, &plain));
+        assert!(plain.confidence > 0.8 && !plain.alternatives.is_empty());
+        // Turned about a slanted axis by 120°, moved, and a thousand times as large.
+        let turned = moved(&case, |[x, y, z]| [1e3 * y + 7.0, 1e3 * z, 1e3 * x]);
+        let result = matched(&turned, json!({}), &patient()).unwrap();
+        assert!(error(&turned, &result) < 0.04, "{creature} turned: {}", error(&turned, &result));
+    }
+}
+
+#[test]
+fn a_large_map_of_the_alignment_reads_as_its_points() {
+    let case = case("biped");
+    let aligned = matched(&case, json!({}), &patient()).unwrap();
+    let basis = json!({"basis": {"k": 100}, "conversion": {"method": "nearest"}});
+    let read = matched(&case, basis, &patient()).unwrap();
+    let of_alignment = read.alignment.as_ref().unwrap().mesh_vertices.clone();
+    assert!(aligned.correspondences.iter().map(|c| c.mesh_vertex).eq(of_alignment));
+    assert!((error(&case, &read) - error(&case, &aligned)).abs() < 0.01, "{}", error(&case, &read));
+}
+
+#[test]
+fn landmarks_are_kept_exactly() {
+    let case = case("quadruped");
+    let vertex = case.sketch.mesh().positions().len() / 2;
+    let landmark = json!([{"sketch": case.sketch.point(vertex), "mesh": 17}]);
+    for conversion in ["alignment", "nearest", "indicator"] {
+        let request = json!({"landmarks": landmark, "conversion": {"method": conversion}});
+        let result = matched(&case, request, &patient()).unwrap();
+        assert_eq!(result.correspondences[vertex].mesh_vertex, 17, "{conversion}");
+    }
+}
+
+#[test]
+fn a_flat_mesh_can_be_aligned_with() {
+    let Case { sketch, .. } = case("quadruped");
+    let flat = Case { mesh: sketch.mesh().clone(), sketch, truth: case("quadruped").truth };
+    let result = matched(&flat, json!({}), &patient()).unwrap();
+    assert_eq!(result.correspondences.len(), flat.sketch.mesh().positions().len());
+}
+
+#[test]
+fn what_needs_an_alignment_is_refused_without_one() {
+    let request = json!({"mesh": "m", "sketch": "s", "preset": "thesis", "part": "side",
+        "conversion": {"method": "alignment"}});
+    let request: MatchRequest = serde_json::from_value(request).unwrap();
+    let faults = Settings::resolve(&request).unwrap_err();
+    assert!(faults.iter().any(|fault| fault.pointer == "/part"));
+}
+
 #[test]
 fn every_setting_runs_with_a_rectangular_map_and_twice_the_same() {
     let case = case("quadruped");
     let requests = [
         json!({}),
+        json!({"part": "side", "conversion": {"method": "indicator"}}),
+        json!({"alignment": {"method": "none"}}),
         json!({"preset": "thesis"}),
         json!({"preset": "thesis", "regulariser": {"type": "l2", "solver": "conjugate_gradient"}}),
         json!({"preset": "thesis", "regulariser": {"type": "nuclear"}, "weights": {"method": "none"}}),

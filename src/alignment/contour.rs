@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::inner_paths::InnerPaths;
 use super::shape_context::{BINS, mirrored, shape_contexts};
-use super::silhouette::{MARGIN, Mask, silhouette};
+use super::silhouette::{MARGIN, silhouette};
 use super::single_outline::single_outline;
 
 /// Samples of an outline.
@@ -17,9 +17,6 @@ pub struct Contour {
     pub curve: Vec<[f64; 2]>,
     /// 110 × (8 radii × 12 angles): per sample its inner-distance shape context [LJ07], summing to 1.
     pub histograms: Vec<f32>,
-    /// Per sample how far it is along the inward normal to the other side of the figure, over the square root of the
-    /// figure's area; 0 where the normal does not meet the figure. It is not part of the histograms.
-    pub thickness: Vec<f32>,
 }
 
 impl Contour {
@@ -28,7 +25,7 @@ impl Contour {
     /// rounding. Of no triangles, or triangles of no extent, all samples are about the same point.
     pub fn of(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> Contour {
         let outline = single_outline(&silhouette(points, triangles));
-        let inside = outline.inside;
+        let inside = &outline.inside;
         let samples = equal_arcs(&outline.points);
         let tangents: Vec<[f64; 2]> = (0..SAMPLES)
             .map(|i| {
@@ -37,10 +34,8 @@ impl Contour {
             })
             .collect();
         let unit = (inside.area().max(1) as f64).sqrt();
-        let histograms = shape_contexts(&samples, &tangents, &InnerPaths::between(&samples, &inside), unit);
-        let chords = samples.iter().zip(&tangents).map(|(&sample, &tangent)| chord(&inside, sample, tangent));
-        let thickness = chords.map(|chord| (chord / unit) as f32).collect();
-        Contour { curve: samples.iter().map(|&pixel| inside.point(pixel)).collect(), histograms, thickness }
+        let histograms = shape_contexts(&samples, &tangents, &InnerPaths::between(&samples, inside), unit);
+        Contour { curve: samples.iter().map(|&pixel| inside.point(pixel)).collect(), histograms }
     }
 
     /// The contour of the mirrored figure: the samples 0, 109, 108, …, 1, because the reflection of a counter-clockwise
@@ -51,7 +46,6 @@ impl Contour {
         Contour {
             curve: order().map(|i| self.curve[i]).collect(),
             histograms: order().flat_map(|i| mirrored(&self.histograms[i * BINS..][..BINS])).collect(),
-            thickness: order().map(|i| self.thickness[i]).collect(),
         }
     }
 }
@@ -75,32 +69,6 @@ fn equal_arcs(corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
     // Rounding may leave out the last one, or all of a polygon without length.
     samples.resize(SAMPLES, first);
     samples
-}
-
-/// Length in pixels of the normal of an outline from a sample through the inside to where it leaves it; 0 where it does
-/// not enter.
-fn chord(inside: &Mask, sample: [f64; 2], tangent: [f64; 2]) -> f64 {
-    const STEP: f64 = 0.25;
-    // The sample is between two pixels, and the normal may pass the corner of another.
-    const ENTRY: f64 = 2.0;
-    let length = tangent[0].hypot(tangent[1]);
-    if length == 0.0 {
-        return 0.0;
-    }
-    let normal = [-tangent[1] / length, tangent[0] / length];
-    let mut entered = false;
-    for step in 1..(1.5 * inside.side as f64 / STEP) as usize {
-        let distance = step as f64 * STEP;
-        let [x, y] = [0, 1].map(|axis| (sample[axis] + distance * normal[axis] + 0.5).floor());
-        let within = x >= 0.0 && y >= 0.0 && (x as usize) < inside.side;
-        let within = within && inside.inside.get(y as usize * inside.side + x as usize) == Some(&true);
-        match (entered, within) {
-            (true, false) => return distance - 0.5 * STEP,
-            (false, false) if distance > ENTRY => return 0.0,
-            _ => entered |= within,
-        }
-    }
-    0.0
 }
 
 #[cfg(test)]
@@ -129,7 +97,7 @@ mod tests {
     fn samples_lie_on_the_outline_at_equal_distances() {
         let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
         let contour = Contour::of(&square, &[[0, 1, 2], [0, 2, 3]]);
-        assert_eq!((contour.curve.len(), contour.histograms.len(), contour.thickness.len()), (110, 110 * 96, 110));
+        assert_eq!((contour.curve.len(), contour.histograms.len()), (110, 110 * 96));
         for p in &contour.curve {
             let depth = p.iter().map(|x| x.min(2.0 - x)).fold(f64::INFINITY, f64::min);
             assert!(depth.abs() < 0.01, "{p:?}");
@@ -142,9 +110,6 @@ mod tests {
         for row in contour.histograms.chunks_exact(BINS) {
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5);
         }
-        // The side of the square beside the root of its area, but at the corners.
-        let straight = contour.thickness.iter().filter(|&&thickness| (thickness - 1.0).abs() < 0.02).count();
-        assert!(straight >= 95, "{straight}");
     }
 
     #[test]
@@ -182,9 +147,9 @@ mod tests {
     fn figures_without_extent_have_a_contour() {
         let needle = Contour::of(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], &[[0, 1, 2]]);
         for contour in [Contour::of(&[], &[]), Contour::of(&[[5.0, 6.0]; 3], &[[0, 1, 2]]), needle] {
-            assert_eq!((contour.curve.len(), contour.histograms.len(), contour.thickness.len()), (110, 110 * 96, 110));
+            assert_eq!((contour.curve.len(), contour.histograms.len()), (110, 110 * 96));
             assert!(contour.curve.as_flattened().iter().all(|x| x.is_finite()));
-            assert!(contour.histograms.iter().chain(&contour.thickness).all(|x| x.is_finite()));
+            assert!(contour.histograms.iter().all(|x| x.is_finite()));
             assert!(warp(&differences(&contour, &contour)).cost < 1e-6);
         }
     }

@@ -51,3 +51,31 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::solids::sheet;
+    use crate::numerics::Unwatched;
+
+    #[test]
+    fn a_shape_on_itself_has_no_distortion_but_that_of_the_estimate() {
+        let mesh = sheet(14, 14);
+        let shape = FlatShape::new(&mesh, &Unwatched).unwrap();
+        let distances = SampledDistances::new(&mesh, 120, &Unwatched).unwrap();
+        let map: Vec<u32> = (0..shape.positions.len() as u32).collect();
+        let itself = distortion(&shape, &distances, &map);
+        let reversed: Vec<u32> = map.iter().rev().copied().collect();
+        let shuffled: Vec<u32> = map.iter().map(|v| v * 37 % map.len() as u32).collect();
+        // The largest scale is 0.9, of a shape on itself 1 is the true one.
+        assert_eq!(itself.scale, SCALES[1]);
+        assert!(itself.mean < 0.06, "{}", itself.mean);
+        assert!((distortion(&shape, &distances, &reversed).mean - itself.mean).abs() < 0.01);
+        assert!(distortion(&shape, &distances, &shuffled).mean > 0.15);
+    }
+
+    #[test]
+    fn the_median_is_the_upper_middle_one() {
+        assert_eq!([median(vec![3.0, 1.0, 2.0]), median(vec![1.0, 2.0]), median(Vec::new())], [2.0, 2.0, 0.0]);
+    }
+}

@@ -128,3 +128,44 @@ impl Similarity {
         [c * x - s * y + self.shift[0], s * x + c * y + self.shift[1]]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::solids::sheet;
+    use crate::numerics::Unwatched;
+
+    fn shape() -> FlatShape {
+        FlatShape::new(&sheet(12, 5), &Unwatched).unwrap()
+    }
+
+    #[test]
+    fn pulls_of_a_similarity_move_the_whole_without_strain() {
+        let shape = shape();
+        let (s, c) = 0.8f64.sin_cos();
+        let place = |[x, y]: [f64; 2]| [1.7 * (c * x - s * y) + 0.3, 1.7 * (s * x + c * y) - 2.0];
+        let pulls: Vec<Pull> = shape
+            .outline
+            .iter()
+            .map(|&vertex| Pull { vertex, target: place(shape.positions[vertex as usize]), weight: 0.5 })
+            .collect();
+        for (now, rest) in deformed(&shape, &pulls).unwrap().iter().zip(&shape.positions) {
+            let expected = place(*rest);
+            assert!((now[0] - expected[0]).hypot(now[1] - expected[1]) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_strong_pull_is_followed_and_without_any_there_is_no_answer() {
+        let shape = shape();
+        let mut pulls: Vec<Pull> = shape
+            .outline
+            .iter()
+            .map(|&vertex| Pull { vertex, target: shape.positions[vertex as usize], weight: 1e-3 })
+            .collect();
+        pulls[0].weight = 1e6;
+        pulls[0].target[1] += 0.1;
+        let now = deformed(&shape, &pulls).unwrap()[pulls[0].vertex as usize];
+        assert!((now[0] - pulls[0].target[0]).hypot(now[1] - pulls[0].target[1]) < 1e-4);
+    }
+}

@@ -61,3 +61,17 @@ pub fn turned([x, y, z]: [f64; 3], angles: [f64; 2]) -> [f64; 3] {
     let [x, y] = [cos * x - sin * y, sin * x + cos * y];
     [x, tilt_cos * y - tilt_sin * z, tilt_sin * y + tilt_cos * z]
 }
+
+/// A flat grid of `columns` × `rows` squares, cut in two.
+pub fn sheet(columns: u32, rows: u32) -> TriangleMesh {
+    let corner = |i: u32, j: u32| i + j * (columns + 1);
+    let side = f64::from(columns * rows).sqrt().recip();
+    let point = move |i: u32, j: u32| [side * f64::from(i), side * f64::from(j), 0.0];
+    let positions = (0..=rows).flat_map(|j| (0..=columns).map(move |i| point(i, j))).collect();
+    let squares = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+    let halves = squares.flat_map(|(i, j)| {
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    TriangleMesh::new(positions, halves.collect()).expect("a grid is a mesh")
+}

@@ -141,3 +141,40 @@ fn nearest_filled(front: &[u32]) -> Vec<u32> {
     }
     nearest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::solids::sphere;
+    use crate::mesh::dot;
+
+    #[test]
+    fn of_a_sphere_the_side_towards_the_camera_is_seen() {
+        let mesh = sphere(24, 48);
+        for direction in [[0.0, 0.0, 1.0], [1.0, -2.0, 0.5]] {
+            let frame = Frame::looking_from(direction);
+            let visible = Visible::new(mesh.positions(), mesh.triangles(), &frame);
+            for &position in mesh.positions() {
+                let seen = mesh.positions()[visible.vertex(frame.project(position)) as usize];
+                let ([x, y], [u, v]) = (frame.project(position), frame.project(seen));
+                // Near the rim the nearest vertex of the triangle in front may lie just behind it.
+                assert!((x - u).hypot(y - v) < 0.12 && frame.depth(seen) > -0.1, "{position:?} {seen:?}");
+                let front = frame.depth(position) > 0.2;
+                assert!(!front || dot(position, seen) > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_outside_sees_the_nearest_of_the_outline() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let triangles = [[0, 1, 2]];
+        let visible = Visible::new(&positions, &triangles, &Frame::looking_from([0.0, 0.0, 1.0]));
+        let frame = Frame::looking_from([0.0, 0.0, 1.0]);
+        for (v, position) in positions.iter().enumerate() {
+            let away = position.map(|x| 1.5 * x - 0.2);
+            assert_eq!(visible.vertex(frame.project(away)), v as u32);
+        }
+        assert_eq!(Visible::new(&positions, &[], &frame).vertex([5.0, 5.0]), 0);
+    }
+}

@@ -133,10 +133,9 @@ impl Settings {
         settings.alignment = request.alignment.unwrap_or(settings.alignment);
         if settings.alignment == (Alignment::None {}) {
             // What only an alignment can do is not asked for by a preset.
-            settings.conversion = match settings.conversion {
-                Conversion::Alignment {} => Conversion::Nearest {},
-                conversion => conversion,
-            };
+            if settings.conversion == (Conversion::Alignment {}) {
+                settings.conversion = Conversion::Nearest {};
+            }
             if settings.part == Part::Auto {
                 settings.part = Part::Whole;
             }
