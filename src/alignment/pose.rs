@@ -47,9 +47,8 @@ pub fn posed(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<[f64; 3]
             let [x, y] = frame.project(*rest);
             let (x, y) = (x - jx, y - jy);
             let (dx, dy) = (c * x - s * y - x, s * x + c * y - y);
-            for axis in 0..3 {
-                position[axis] += f64::from(w) * (dx * frame.right[axis] + dy * frame.up[axis]);
-            }
+            let w = f64::from(w);
+            *position = std::array::from_fn(|i| position[i] + w * (dx * frame.right[i] + dy * frame.up[i]));
         }
     }
     positions

@@ -38,9 +38,8 @@ pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, Fact
         let v = p.vertex as usize;
         entries.add_triplet(v, v, p.weight);
         hold[v] += p.weight;
-        for axis in 0..2 {
-            pull[v][axis] += p.weight * p.target[axis];
-        }
+        pull[v][0] += p.weight * p.target[0];
+        pull[v][1] += p.weight * p.target[1];
     }
     let factor = SparseCholesky::new(&entries.to_csr())?;
     let solve = |right: &dyn Fn(usize, usize) -> f64| {
