@@ -17,6 +17,9 @@ pub struct Contour {
     pub curve: Vec<[f64; 2]>,
     /// 110 × (8 radii × 12 angles): per sample its inner-distance shape context [LJ07], summing to 1.
     pub histograms: Vec<f32>,
+    /// Per sample the logarithm of the radius of the largest disc inside that touches the outline there, in units of
+    /// the square root of the figure's area.
+    pub thickness: Vec<f32>,
 }
 
 impl Contour {
@@ -35,7 +38,8 @@ impl Contour {
             .collect();
         let unit = (inside.area().max(1) as f64).sqrt();
         let histograms = shape_contexts(&samples, &tangents, &InnerPaths::between(&samples, inside), unit);
-        Contour { curve: samples.iter().map(|&pixel| inside.point(pixel)).collect(), histograms }
+        let thickness = thickness(&samples, &tangents).into_iter().map(|r| (r / unit).max(1e-3).ln() as f32).collect();
+        Contour { curve: samples.iter().map(|&pixel| inside.point(pixel)).collect(), histograms, thickness }
     }
 
     /// The contour of the mirrored figure: the samples 0, 109, 108, …, 1, because the reflection of a counter-clockwise
@@ -46,8 +50,25 @@ impl Contour {
         Contour {
             curve: order().map(|i| self.curve[i]).collect(),
             histograms: order().flat_map(|i| mirrored(&self.histograms[i * BINS..][..BINS])).collect(),
+            thickness: order().map(|i| self.thickness[i]).collect(),
         }
     }
+}
+
+/// For every sample the radius of the largest disc that touches the outline there from inside and holds no other sample:
+/// the curvature of the circle through another sample is 2 n·(q − p) / |q − p|² for the inner normal n.
+fn thickness(samples: &[[f64; 2]], tangents: &[[f64; 2]]) -> Vec<f64> {
+    let radius = |i: usize| {
+        let (p, t) = (samples[i], tangents[i]);
+        let length = t[0].hypot(t[1]).max(1e-9);
+        let n = [-t[1] / length, t[0] / length];
+        let curvature = |q: &[f64; 2]| {
+            let d = [q[0] - p[0], q[1] - p[1]];
+            2.0 * (n[0] * d[0] + n[1] * d[1]) / (d[0] * d[0] + d[1] * d[1]).max(1e-9)
+        };
+        1.0 / samples.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, q)| curvature(q)).fold(1e-6, f64::max)
+    };
+    (0..samples.len()).map(radius).collect()
 }
 
 /// The samples of a closed polygon at equal distances along it, from its first corner on.

@@ -41,8 +41,6 @@ use crate::mesh::dot;
 use crate::numerics::cholesky::FactorisationError;
 use crate::numerics::{Cancelled, Watch};
 
-/// Views for which the pose is looked for.
-const POSED: usize = 3;
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
 /// Another view is plausible where it costs less than this much more.
@@ -125,14 +123,9 @@ pub fn aligned(
         .map(|candidate| Attempt::on(shape, mesh, candidate, landmarks))
         .collect::<Result<Vec<Attempt>, _>>()?;
     attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
-    attempts.truncate(POSED);
-    let mut attempts = attempts
-        .into_iter()
-        .map(|attempt| attempt.in_pose(shape, mesh, landmarks, watch))
-        .collect::<Result<Vec<Attempt>, _>>()?;
-    attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
     let mut attempts = attempts.into_iter();
     let best = attempts.next().expect("every mesh has a view along the normal of its plane of symmetry");
+    let best = best.in_pose(shape, mesh, landmarks, watch)?;
     let second = attempts.find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE

@@ -15,8 +15,6 @@ pub struct Visible<'a> {
     low: [f64; 2],
     scale: f64,
     front: Vec<u32>,
-    /// For every pixel the nearest one that shows a triangle.
-    nearest: Vec<u32>,
 }
 
 impl<'a> Visible<'a> {
@@ -35,34 +33,33 @@ impl<'a> Visible<'a> {
         let high = [bound(0, f64::max, f64::NEG_INFINITY), bound(1, f64::max, f64::NEG_INFINITY)];
         let extent = (high[0] - low[0]).max(high[1] - low[1]).max(f64::MIN_POSITIVE);
         let scale = (SIDE as f64 - 2.0 * MARGIN) / extent;
-        let mut view = Visible { points, triangles, low, scale, front: Vec::new(), nearest: Vec::new() };
+        let mut view = Visible { points, triangles, low, scale, front: Vec::new() };
         view.front = view.drawn();
-        view.nearest = nearest_filled(&view.front);
         view
     }
 
     /// The triangle in front of every pixel's centre.
     fn drawn(&self) -> Vec<u32> {
         let mut front = vec![NOTHING; SIDE * SIDE];
-        let mut depth = vec![f64::NEG_INFINITY; SIDE * SIDE];
-        for (t, &triangle) in self.triangles.iter().enumerate() {
-            let corners = triangle.map(|v| self.pixel(self.points[v as usize]));
-            let heights = triangle.map(|v| self.points[v as usize][2]);
-            let range = |axis: usize| {
-                let least = corners.iter().map(|c| c[axis]).fold(f64::INFINITY, f64::min);
-                let most = corners.iter().map(|c| c[axis]).fold(f64::NEG_INFINITY, f64::max);
-                (least.ceil().max(0.0) as usize)..((most.floor() + 1.0).clamp(0.0, SIDE as f64) as usize)
-            };
-            for y in range(1) {
-                for x in range(0) {
-                    let Some(weights) = barycentric(corners, [x as f64, y as f64]) else { continue };
-                    if weights.iter().any(|&w| w < -1e-9) {
-                        continue;
-                    }
-                    let z: f64 = weights.iter().zip(heights).map(|(w, h)| w * h).sum();
+        let mut depths = vec![f32::NEG_INFINITY; SIDE * SIDE];
+        let corners: Vec<[f64; 3]> = self
+            .points
+            .iter()
+            .map(|&point| {
+                let [x, y] = self.pixel(point);
+                [x, y, point[2]]
+            })
+            .collect();
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            let corners = triangle.map(|v| corners[v as usize]);
+            let Some(plane) = Plane::through(corners) else { continue };
+            let [columns, rows] = [0, 1].map(|axis| pixels(corners.map(|c| c[axis])));
+            for y in rows {
+                for x in columns.clone() {
                     let at = y * SIDE + x;
-                    if z > depth[at] {
-                        depth[at] = z;
+                    let Some(depth) = plane.depth(x as f64, y as f64) else { continue };
+                    if depth as f32 > depths[at] {
+                        depths[at] = depth as f32;
                         front[at] = t as u32;
                     }
                 }
@@ -78,9 +75,8 @@ impl<'a> Visible<'a> {
     /// The vertex of the mesh in front of a point of the picture; outside of the silhouette, of the nearest point.
     pub fn vertex(&self, point: [f64; 2]) -> u32 {
         let pixel = self.pixel([point[0], point[1], 0.0]);
-        let [x, y] = pixel.map(|c| c.round().clamp(0.0, SIDE as f64 - 1.0) as usize);
-        // A picture that shows no triangle has no nearest pixel.
-        let Some(&t) = self.front.get(self.nearest[y * SIDE + x] as usize) else { return 0 };
+        // A picture that shows no triangle has no vertex in front.
+        let Some(t) = self.nearest(pixel.map(|c| c.round().clamp(0.0, SIDE as f64 - 1.0) as usize)) else { return 0 };
         let triangle = self.triangles[t as usize];
         let squared = |v: &u32| {
             let p = self.points[*v as usize];
@@ -88,58 +84,69 @@ impl<'a> Visible<'a> {
         };
         triangle.into_iter().min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(triangle[0])
     }
+
+    /// The triangle shown nearest to a pixel, looked for on squares of growing size around it.
+    fn nearest(&self, [x, y]: [usize; 2]) -> Option<u32> {
+        let mut best: Option<(usize, u32)> = None;
+        for ring in 0..SIDE {
+            if best.is_some_and(|(squared, _)| squared <= ring * ring) {
+                break;
+            }
+            let mut look = |column: usize, row: usize| {
+                let squared = column.abs_diff(x).pow(2) + row.abs_diff(y).pow(2);
+                let t = self.front[row * SIDE + column];
+                if t != NOTHING && best.is_none_or(|(least, _)| squared < least) {
+                    best = Some((squared, t));
+                }
+            };
+            let [columns, rows] = [x, y].map(|c| c.saturating_sub(ring)..=(c + ring).min(SIDE - 1));
+            let sides = |c: usize| [c.checked_sub(ring), Some(c + ring).filter(|&c| c < SIDE)].into_iter().flatten();
+            sides(y).for_each(|row| columns.clone().for_each(|column| look(column, row)));
+            sides(x).for_each(|column| rows.clone().for_each(|row| look(column, row)));
+        }
+        best.map(|(_, t)| t)
+    }
 }
 
-/// The weights of the corners at a point, nothing where the triangle is seen edge-on.
-fn barycentric([a, b, c]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> Option<[f64; 3]> {
-    let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-    if doubled == 0.0 {
-        return None;
-    }
-    let part = |p: [f64; 2], q: [f64; 2]| ((p[0] - x) * (q[1] - y) - (q[0] - x) * (p[1] - y)) / doubled;
-    Some([part(b, c), part(c, a), part(a, b)])
+/// The pixels between the least and the largest coordinate of a triangle, within the picture.
+fn pixels(coordinates: [f64; 3]) -> std::ops::Range<usize> {
+    let [a, b, c] = coordinates;
+    (a.min(b).min(c).ceil().max(0.0) as usize)..((a.max(b).max(c).floor() + 1.0).clamp(0.0, SIDE as f64) as usize)
 }
 
-/// For every pixel the nearest filled one, by two passes over the picture [Dan80].
-fn nearest_filled(front: &[u32]) -> Vec<u32> {
-    let mut nearest: Vec<u32> =
-        front.iter().enumerate().map(|(i, &t)| if t == NOTHING { NOTHING } else { i as u32 }).collect();
-    let squared = |at: usize, to: u32| {
-        let to = to as usize;
-        let (dx, dy) = ((at % SIDE).abs_diff(to % SIDE), (at / SIDE).abs_diff(to / SIDE));
-        dx * dx + dy * dy
-    };
-    let mut look = |at: usize, from: usize| {
-        let candidate = nearest[from];
-        if candidate != NOTHING && (nearest[at] == NOTHING || squared(at, candidate) < squared(at, nearest[at])) {
-            nearest[at] = candidate;
+/// A triangle of the picture: the weights of two corners and the depth as linear functions of the place.
+struct Plane {
+    first: [f64; 3],
+    second: [f64; 3],
+    depth: [f64; 3],
+}
+
+/// How far outside, as a weight, a pixel's centre still belongs to a triangle, so that no seam is left open.
+const SEAM: f64 = 1e-9;
+
+impl Plane {
+    /// None where the triangle is seen edge-on.
+    fn through([a, b, c]: [[f64; 3]; 3]) -> Option<Plane> {
+        let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        if doubled == 0.0 {
+            return None;
         }
-    };
-    for y in 0..SIDE {
-        for x in 0..SIDE {
-            let at = y * SIDE + x;
-            if x > 0 {
-                look(at, at - 1);
-            }
-            if y > 0 {
-                (x.saturating_sub(1)..=(x + 1).min(SIDE - 1)).for_each(|n| look(at, (y - 1) * SIDE + n));
-            }
-        }
-        (0..SIDE - 1).rev().for_each(|x| look(y * SIDE + x, y * SIDE + x + 1));
+        // The weight of the corner opposite the side from p to q is the doubled area over it, (p − x) × (q − x).
+        let weight = |p: [f64; 3], q: [f64; 3]| {
+            [(p[1] - q[1]) / doubled, (q[0] - p[0]) / doubled, (p[0] * q[1] - p[1] * q[0]) / doubled]
+        };
+        let (first, second) = (weight(b, c), weight(c, a));
+        let third = |i: usize| if i == 2 { 1.0 - first[2] - second[2] } else { -first[i] - second[i] };
+        let depth = std::array::from_fn(|i| first[i] * a[2] + second[i] * b[2] + third(i) * c[2]);
+        Some(Plane { first, second, depth })
     }
-    for y in (0..SIDE).rev() {
-        for x in (0..SIDE).rev() {
-            let at = y * SIDE + x;
-            if x + 1 < SIDE {
-                look(at, at + 1);
-            }
-            if y + 1 < SIDE {
-                (x.saturating_sub(1)..=(x + 1).min(SIDE - 1)).for_each(|n| look(at, (y + 1) * SIDE + n));
-            }
-        }
-        (1..SIDE).for_each(|x| look(y * SIDE + x, y * SIDE + x - 1));
+
+    /// The depth at a place of the triangle, none outside.
+    fn depth(&self, x: f64, y: f64) -> Option<f64> {
+        let at = |f: &[f64; 3]| f[0] * x + f[1] * y + f[2];
+        let (first, second) = (at(&self.first), at(&self.second));
+        (first >= -SEAM && second >= -SEAM && first + second <= 1.0 + SEAM).then(|| at(&self.depth))
     }
-    nearest
 }
 
 #[cfg(test)]
