@@ -4,11 +4,13 @@ use super::candidates::{Candidate, Kind};
 use super::energy::{Distortion, distortion};
 use super::flat_shape::FlatShape;
 use super::frame::Frame;
+use super::landmarks::Landmarks;
 use super::laying::{Laying, laid};
-use super::pose::{self, posed};
+use super::pose::{self, exchanges, posed};
 use super::prepared::PreparedMesh;
 use super::view::View;
 use super::visible::Visible;
+use super::warping::{differences, warp};
 use super::{AlignmentError, Pair};
 use crate::numerics::Watch;
 
@@ -18,16 +20,18 @@ const SPHERE_PENALTY: f64 = 0.02;
 const POSE_FROM: f64 = 0.05;
 /// What a radian of swing must be worth.
 const EFFORT: f64 = 0.005;
-/// The distance from a landmark's vertex a landmark counts with at most, and its price beside the other costs.
-const LANDMARK_MOST: f64 = 0.4;
-const LANDMARK_PRICE: f64 = 1.0;
+/// The price of landmarks missed beside the other costs.
+const LANDMARK_PRICE: f64 = 0.1;
+/// The price of landmarks missed once the view is chosen, and by how much limbs exchanged have to better the whole.
+const ASTRAY_PRICE: f64 = 0.2;
+const EXCHANGE: f64 = 0.02;
 
 /// A sketch on one view.
 pub(super) struct Attempt {
     pub view: View,
     pub kind: Kind,
-    /// All swings of the pose together, in radians; 0 for the mesh as it is.
-    pub swing: f64,
+    /// The swing of every limb, in radians; 0 for the mesh as it is.
+    pub angles: Vec<f64>,
     /// n × 3, as seen.
     pub positions: Vec<[f64; 3]>,
     pub laying: Laying,
@@ -44,10 +48,10 @@ impl Attempt {
         shape: &FlatShape,
         mesh: &PreparedMesh,
         candidate: Candidate,
-        landmarks: &[Pair],
+        landmarks: &Landmarks,
     ) -> Result<Attempt, AlignmentError> {
         let Candidate { view, kind, .. } = candidate;
-        Attempt::seen(shape, mesh, (view, kind), mesh.positions.clone(), 0.0, landmarks)
+        Attempt::seen(shape, mesh, (view, kind), mesh.positions.clone(), vec![0.0; mesh.limbs.len()], landmarks)
     }
 
     pub fn seen(
@@ -55,20 +59,26 @@ impl Attempt {
         mesh: &PreparedMesh,
         (view, kind): (View, Kind),
         positions: Vec<[f64; 3]>,
-        swing: f64,
-        landmarks: &[Pair],
+        angles: Vec<f64>,
+        landmarks: &Landmarks,
     ) -> Result<Attempt, AlignmentError> {
-        let laying = laid(shape, &view)?;
+        let differences = differences(&shape.contour, &view.contour);
+        let laying = laid(shape, &view, &differences, &warp(&differences), &[])?;
         let map = lifted(mesh, &positions, &view.frame, &laying.positions);
         let distortion = distortion(shape, &mesh.distances, &map);
-        let astray = astray(mesh, &map, landmarks);
-        Ok(Attempt { view, kind, swing, positions, laying, map, distortion, astray })
+        let astray = landmarks.astray(mesh, &map);
+        Ok(Attempt { view, kind, angles, positions, laying, map, distortion, astray })
     }
 
     /// What the attempt costs: outlines, distortion, landmarks missed; the less the better.
     pub fn score(&self) -> f64 {
         let unusual = if matches!(self.kind, Kind::Sphere(_)) { SPHERE_PENALTY } else { 0.0 };
-        self.laying.cost + self.distortion.mean + LANDMARK_PRICE * self.astray + EFFORT * self.swing + unusual
+        self.laying.cost + self.distortion.mean + LANDMARK_PRICE * self.astray + EFFORT * self.swing() + unusual
+    }
+
+    /// All swings of the pose together, in radians.
+    pub fn swing(&self) -> f64 {
+        self.angles.iter().map(|angle| angle.abs()).sum()
     }
 
     /// The attempt with the mesh's limbs swung as the sketch has them, where that explains it better.
@@ -76,7 +86,7 @@ impl Attempt {
         self,
         shape: &FlatShape,
         mesh: &PreparedMesh,
-        landmarks: &[Pair],
+        landmarks: &Landmarks,
         watch: &dyn Watch,
     ) -> Result<Attempt, AlignmentError> {
         if self.laying.cost <= POSE_FROM || mesh.limbs.is_empty() {
@@ -84,16 +94,69 @@ impl Attempt {
         }
         let pose = pose::fitted(shape, mesh, &self.view, watch)?;
         let positions = posed(mesh, &self.view.frame, &pose.angles);
-        let swing = pose.angles.iter().map(|angle| angle.abs()).sum();
-        let posed = Attempt::seen(shape, mesh, (pose.view, self.kind), positions, swing, landmarks)?;
+        let posed = Attempt::seen(shape, mesh, (pose.view, self.kind), positions, pose.angles, landmarks)?;
         Ok(if posed.score() < self.score() { posed } else { self })
+    }
+
+    /// The attempt mended by the landmarks: on this side of the body or the other, with the limbs as they are or near and
+    /// far ones exchanged, whichever agrees with them best.
+    pub fn mended(
+        self,
+        shape: &FlatShape,
+        mesh: &PreparedMesh,
+        landmarks: &Landmarks,
+    ) -> Result<Attempt, AlignmentError> {
+        let mut best: Option<(f64, Attempt)> = None;
+        for angles in exchanges(mesh, &self.view.frame, &self.angles) {
+            let margin = if angles == self.angles { 0.0 } else { EXCHANGE };
+            let positions = posed(mesh, &self.view.frame, &angles);
+            let front = View::through(self.view.frame, &positions, &mesh.triangles);
+            let layings = self.layings(shape, mesh, landmarks, &front, &positions)?;
+            for view in [front.from_behind(), front] {
+                let visible = Visible::new(&positions, &mesh.triangles, &view.frame);
+                for laying in &layings {
+                    let laying = if view.frame == self.view.frame { laying.clone() } else { laying.from_behind() };
+                    let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
+                    let distortion = distortion(shape, &mesh.distances, &map);
+                    let astray = landmarks.astray(mesh, &map);
+                    let price = laying.cost + distortion.mean + ASTRAY_PRICE * astray + margin;
+                    if best.as_ref().is_none_or(|(least, _)| price < *least) {
+                        let (view, angles, positions) = (view.clone(), angles.clone(), positions.clone());
+                        let attempt = Attempt { view, angles, positions, laying, map, distortion, astray, ..self };
+                        best = Some((price, attempt));
+                    }
+                }
+            }
+        }
+        Ok(best.map_or(self, |(_, attempt)| attempt))
+    }
+
+    /// The sketch laid on a view without the landmarks, with the contours led by them, and pinned to them besides.
+    fn layings(
+        &self,
+        shape: &FlatShape,
+        mesh: &PreparedMesh,
+        landmarks: &Landmarks,
+        view: &View,
+        positions: &[[f64; 3]],
+    ) -> Result<[Laying; 3], AlignmentError> {
+        let differences = differences(&shape.contour, &view.contour);
+        let mut biased = differences.clone();
+        landmarks.bias(&mut biased, mesh, view, positions, self.distortion.scale);
+        let (plain, led) = (warp(&differences), warp(&biased));
+        let place = |pair: &Pair| (pair.sketch, view.frame.project(positions[pair.mesh as usize]));
+        let pinned: Vec<(u32, [f64; 2])> = landmarks.pairs.iter().map(place).collect();
+        Ok([
+            laid(shape, view, &differences, &plain, &[])?,
+            laid(shape, view, &differences, &led, &[])?,
+            laid(shape, view, &differences, &led, &pinned)?,
+        ])
     }
 
     /// The same places on the other side of the body: the answer were the sketch drawn from behind.
     pub fn mirrored(&self, mesh: &PreparedMesh) -> (Frame, Vec<u32>) {
         let behind = self.view.frame.from_behind();
-        let flat: Vec<[f64; 2]> = self.laying.positions.iter().map(|&[x, y]| [-x, y]).collect();
-        (behind, lifted(mesh, &self.positions, &behind, &flat))
+        (behind, lifted(mesh, &self.positions, &behind, &self.laying.from_behind().positions))
     }
 }
 
@@ -101,9 +164,4 @@ impl Attempt {
 fn lifted(mesh: &PreparedMesh, positions: &[[f64; 3]], frame: &Frame, places: &[[f64; 2]]) -> Vec<u32> {
     let visible = Visible::new(positions, &mesh.triangles, frame);
     places.iter().map(|&place| visible.vertex(place)).collect()
-}
-
-fn astray(mesh: &PreparedMesh, map: &[u32], landmarks: &[Pair]) -> f64 {
-    let distance = |pair: &Pair| mesh.distances.between(map[pair.sketch as usize], pair.mesh).min(LANDMARK_MOST);
-    landmarks.iter().map(distance).sum::<f64>() / landmarks.len().max(1) as f64
 }

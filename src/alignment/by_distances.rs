@@ -1,13 +1,11 @@
-//! The point map from a few sure points and geodesic distances alone: where no view explains the sketch, and where the
-//! user's landmarks contradict it.
+//! The point map from a few sure points and geodesic distances alone: where no view explains the sketch.
 
-use super::Pair;
 use super::energy::{SCALES, median};
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
 use crate::numerics::{Cancelled, Watch};
 
-/// Sure points of the outline, and the fewest there must be where the user gives none.
+/// Sure points of the outline, and the fewest there must be.
 const ANCHORS: usize = 30;
 const FEWEST: usize = 15;
 /// The cost of the warp below which a vertex of the outline is sure.
@@ -15,23 +13,16 @@ const SURE: f64 = 0.15;
 /// An anchor whose median distortion is above the larger of this and `OUTLYING` times the median is dropped.
 const BENT: f64 = 0.12;
 const OUTLYING: f64 = 2.5;
-/// How much a landmark weighs beside an anchor.
-const LANDMARK: f64 = 10.0;
-/// Mean distortion towards the landmarks, near ones above all, up to which the view's answer stands.
-const AGREED: f64 = 0.06;
-
 /// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
 struct Anchor {
     sketch: u32,
     mesh: u32,
     near: Vec<f64>,
-    weight: f64,
 }
 
 /// The map T (m vertices of the mesh) that keeps every point's geodesic distances to the sure ones best, near ones
-/// above all; nothing where too few points are sure. Sure are the landmarks, and of the outline's vertices, of which
-/// `costs` tells, those that agree with the landmarks, or, without any, with each other. With landmarks, points whose
-/// answer in `map` agrees with them keep it.
+/// above all; nothing where too few points are sure. Sure are those of the outline's vertices, of which `costs` tells,
+/// whose answers in `map` agree with each other.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher.
@@ -40,29 +31,17 @@ pub fn mapped(
     mesh: &PreparedMesh,
     map: &[u32],
     costs: &[f64],
-    landmarks: &[Pair],
     watch: &dyn Watch,
 ) -> Result<Option<Vec<u32>>, Cancelled> {
     let spread = spread(shape, map, costs);
-    if landmarks.is_empty() && spread.len() < FEWEST {
+    if spread.len() < FEWEST {
         return Ok(None);
     }
-    let given: Vec<Anchor> = landmarks
-        .iter()
-        .map(|pair| Anchor {
-            sketch: pair.sketch,
-            mesh: pair.mesh,
-            near: shape.distances_from(pair.sketch),
-            weight: LANDMARK,
-        })
-        .collect();
-    let scale = scale(mesh, if given.len() > 1 { &given } else { &spread });
-    let judges = if given.is_empty() { &spread } else { &given };
-    let bends: Vec<f64> = spread.iter().map(|anchor| bend(mesh, scale, anchor, judges)).collect();
-    let most = if given.is_empty() { BENT.max(OUTLYING * median(bends.clone())) } else { BENT };
-    let kept = spread.into_iter().zip(bends).filter(|&(_, bend)| bend < most).map(|(anchor, _)| anchor);
-    let landmark_count = given.len();
-    let anchors: Vec<Anchor> = given.into_iter().chain(kept).collect();
+    let scale = scale(mesh, &spread);
+    let bends: Vec<f64> = spread.iter().map(|anchor| bend(mesh, scale, anchor, &spread)).collect();
+    let most = BENT.max(OUTLYING * median(bends.clone()));
+    let kept = spread.into_iter().zip(bends).filter(|&(_, bend)| bend < most);
+    let anchors: Vec<Anchor> = kept.map(|(anchor, _)| anchor).collect();
 
     let vertices = mesh.positions.len() as u32;
     let mut fields = Vec::with_capacity(anchors.len());
@@ -70,23 +49,12 @@ pub fn mapped(
         watch.proceed(0.0)?;
         fields.push((0..vertices).map(|v| mesh.distances.between(anchor.mesh, v) as f32).collect::<Vec<f32>>());
     }
-    let mut answer = map.to_vec();
-    for (x, answer) in answer.iter_mut().enumerate() {
+    let mut answer = Vec::with_capacity(map.len());
+    for x in 0..map.len() {
         watch.proceed(x as f64 / map.len() as f64)?;
         let wanted: Vec<f64> = anchors.iter().map(|anchor| scale * anchor.near[x]).collect();
-        let weights: Vec<f64> =
-            anchors.iter().zip(&wanted).map(|(anchor, d)| anchor.weight * (d + 0.05).powf(-1.5)).collect();
-        if landmark_count > 0 {
-            let (mut astray, mut total) = (0.0, 0.0);
-            for i in 0..landmark_count {
-                astray += weights[i] * (f64::from(fields[i][*answer as usize]) - wanted[i]).abs();
-                total += weights[i];
-            }
-            if astray <= AGREED * total {
-                continue;
-            }
-        }
-        *answer = nearest(&fields, &wanted, &weights);
+        let weights: Vec<f64> = wanted.iter().map(|d| (d + 0.05).powf(-1.5)).collect();
+        answer.push(nearest(&fields, &wanted, &weights));
     }
     Ok(Some(answer))
 }
@@ -111,7 +79,7 @@ fn spread(shape: &FlatShape, map: &[u32], costs: &[f64]) -> Vec<Anchor> {
         let next = sure.iter().copied().fold(sure[0], farther);
         let near = shape.distances_from(next);
         nearest.iter_mut().zip(&near).for_each(|(n, &d)| *n = n.min(d));
-        anchors.push(Anchor { sketch: next, mesh: map[next as usize], near, weight: 1.0 });
+        anchors.push(Anchor { sketch: next, mesh: map[next as usize], near });
     }
     anchors
 }

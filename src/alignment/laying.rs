@@ -4,7 +4,7 @@ use super::contour::SAMPLES;
 use super::flat_shape::FlatShape;
 use super::rigidity::{Pull, deformed};
 use super::view::View;
-use super::warping::{TRUNCATE, Warp, differences, warp};
+use super::warping::{TRUNCATE, Warp, cost_along};
 use crate::numerics::cholesky::FactorisationError;
 
 /// The cost of a pair of samples at which its weight has fallen to 1/e.
@@ -19,10 +19,13 @@ const PARALLEL: f64 = 0.6;
 /// Rounds of closest points, and the share of its weight the warp keeps in them.
 const ROUNDS: usize = 2;
 const KEPT: f64 = 0.3;
+/// What a landmark weighs beside a vertex of the outline.
+const PINNED: f64 = 50.0;
 /// Points of the view's outline per sample among which the closest is looked for.
 const FINENESS: usize = 4;
 
 /// A sketch laid on a view.
+#[derive(Clone)]
 pub struct Laying {
     /// m × 2, in the plane of the view's picture.
     pub positions: Vec<[f64; 2]>,
@@ -32,14 +35,27 @@ pub struct Laying {
     pub cost: f64,
 }
 
-/// The sketch laid on the view.
+impl Laying {
+    /// The same places in the picture of the camera on the other side.
+    pub fn from_behind(&self) -> Laying {
+        let positions = self.positions.iter().map(|&[x, y]| [-x, y]).collect();
+        Laying { positions, ..self.clone() }
+    }
+}
+
+/// The sketch laid on the view by a warp of the contours, whose `differences` are 110 × 110, and by
+/// vertices whose place in the picture is known.
 ///
 /// # Errors
 /// Where the deformation is undetermined.
-pub fn laid(shape: &FlatShape, view: &View) -> Result<Laying, FactorisationError> {
-    let differences = differences(&shape.contour, &view.contour);
-    let warp = warp(&differences);
-    let smooth = SmoothWarp::of(&warp, &differences);
+pub fn laid(
+    shape: &FlatShape,
+    view: &View,
+    differences: &[f32],
+    warp: &Warp,
+    pinned: &[(u32, [f64; 2])],
+) -> Result<Laying, FactorisationError> {
+    let smooth = SmoothWarp::of(warp, differences);
     let density = warp.path.len() as f64 / shape.outline.len() as f64;
 
     let (mut pulls, mut costs) = (Vec::new(), Vec::new());
@@ -51,12 +67,18 @@ pub fn laid(shape: &FlatShape, view: &View) -> Result<Laying, FactorisationError
         pulls.push(Pull { vertex: v, target: point_at(&view.contour.curve, image), weight });
         costs.push(cost);
     }
+    let pin = |&(vertex, target): &(u32, [f64; 2])| Pull { vertex, target, weight: PINNED * density };
+    pulls.extend(pinned.iter().map(pin));
     let mut positions = deformed(shape, &pulls)?;
 
     let fine: Vec<[f64; 2]> =
         (0..FINENESS * SAMPLES).map(|i| point_at(&view.contour.curve, i as f64 / FINENESS as f64)).collect();
     let tangents = tangents(&fine);
-    let kept: Vec<Pull> = pulls.iter().map(|p| Pull { weight: KEPT * p.weight, ..*p }).collect();
+    let kept: Vec<Pull> = pulls[..shape.outline.len()]
+        .iter()
+        .map(|p| Pull { weight: KEPT * p.weight, ..*p })
+        .chain(pinned.iter().map(pin))
+        .collect();
     for _ in 0..ROUNDS {
         let outline: Vec<[f64; 2]> = shape.outline.iter().map(|&v| positions[v as usize]).collect();
         let own = self::tangents(&outline);
@@ -68,7 +90,7 @@ pub fn laid(shape: &FlatShape, view: &View) -> Result<Laying, FactorisationError
         }
         positions = deformed(shape, &pulls)?;
     }
-    Ok(Laying { positions, costs, cost: warp.cost })
+    Ok(Laying { positions, costs, cost: cost_along(&warp.path, differences) })
 }
 
 fn weight(cost: f64) -> f64 {

@@ -12,6 +12,7 @@ pub mod energy;
 pub mod flat_shape;
 pub mod frame;
 mod inner_paths;
+mod landmarks;
 mod laying;
 pub mod limbs;
 mod pieces;
@@ -35,6 +36,7 @@ use attempt::Attempt;
 use candidates::candidates;
 use flat_shape::FlatShape;
 use frame::Frame;
+use landmarks::Landmarks;
 use prepared::PreparedMesh;
 
 use crate::mesh::dot;
@@ -117,6 +119,7 @@ pub fn aligned(
     landmarks: &[Pair],
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
+    let landmarks = &Landmarks::new(shape, landmarks);
     let candidates = candidates(shape, mesh, watch)?;
     let mut attempts = candidates
         .into_iter()
@@ -126,6 +129,7 @@ pub fn aligned(
     let mut attempts = attempts.into_iter();
     let best = attempts.next().expect("every mesh has a view along the normal of its plane of symmetry");
     let best = best.in_pose(shape, mesh, landmarks, watch)?;
+    let best = if landmarks.is_empty() { best } else { best.mended(shape, mesh, landmarks)? };
     let second = attempts.find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE
@@ -139,20 +143,20 @@ pub fn aligned(
         score: other.score(),
         map: other.map,
     });
-    let believed = if best.distortion.mean > BENT || !landmarks.is_empty() {
-        by_distances::mapped(shape, mesh, &best.map, &best.laying.costs, landmarks, watch)?
+    let believed = if best.distortion.mean > BENT && landmarks.is_empty() {
+        by_distances::mapped(shape, mesh, &best.map, &best.laying.costs, watch)?
     } else {
         None
     };
     let confidence = trust::trust(shape, &best.laying.positions, &best.distortion, best.laying.cost);
-    let way = match (&believed, best.swing > 0.0) {
+    let way = match (&believed, best.swing() > 0.0) {
         (Some(_), _) => Way::Distances,
         (None, true) => Way::Pose,
         (None, false) => Way::View,
     };
     let (contour, distortion, score) = (best.laying.cost, best.distortion.mean, best.score());
     let mut map = believed.unwrap_or(best.map);
-    landmarks.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
+    landmarks.pairs.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
     Ok(Alignment {
         map,
         confidence,

@@ -116,6 +116,24 @@ pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn W
     Ok(best.pose)
 }
 
+/// The swings as they are, and those where limbs side by side in the picture exchange their places: for every such
+/// pair alone and for all of them together.
+pub fn exchanges(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<Vec<f64>> {
+    let exchanged = |pairs: &[[usize; 2]]| {
+        let mut angles = angles.to_vec();
+        pairs.iter().for_each(|&[i, j]| angles.swap(i, j));
+        angles
+    };
+    let mut pairs = neighbours(mesh, frame);
+    pairs.retain(|&[i, j]| angles[i] != angles[j]);
+    let mut all = vec![angles.to_vec()];
+    all.extend(pairs.iter().map(|&pair| exchanged(&[pair])));
+    if pairs.len() > 1 {
+        all.push(exchanged(&pairs));
+    }
+    all
+}
+
 struct Tried {
     total: f64,
     limbs: Vec<usize>,

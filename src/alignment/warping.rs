@@ -19,15 +19,15 @@ const WIDTH: usize = 8;
 const CONTEXT: f32 = 0.6;
 const THICKNESS: f32 = 0.18;
 
-/// How different every two samples are, in [0, 0.78]: ½χ² between their histograms and the difference of their
-/// thicknesses, a factor of e or more counting as 1, weighted. 110 × 110, row = sample of `a`, column = sample of `b`.
+/// How different every two samples are, in [0, 0.4]: ½χ² between their histograms and the difference of their
+/// thicknesses, a factor of e or more counting as 1, weighted and held below 0.4. 110 × 110, row = sample of `a`, column = sample of `b`.
 pub fn differences(a: &Contour, b: &Contour) -> Vec<f32> {
     let [rows, columns] = [a, b].map(|contour| contour.histograms.as_chunks::<BINS>().0);
     let pairs = (0..SAMPLES).flat_map(|i| (0..SAMPLES).map(move |j| (i, j)));
     pairs
         .map(|(i, j)| {
             let thickness = (a.thickness[i] - b.thickness[j]).abs().min(1.0);
-            CONTEXT * half_chi_squared(&rows[i], &columns[j]) + THICKNESS * thickness
+            least(CONTEXT * half_chi_squared(&rows[i], &columns[j]) + THICKNESS * thickness, TRUNCATE)
         })
         .collect()
 }
@@ -46,7 +46,7 @@ fn half_chi_squared(p: &[f32; BINS], q: &[f32; BINS]) -> f32 {
 
 /// Cost per sample, in [0, 0.4], of the cheapest cyclic warp that begins with sample 0 of `a` and one of the samples 0,
 /// `every`, 2 · `every`, … of `b`, for `differences` of 110 × 110. A step along both contours costs twice the
-/// difference, held below 0.4, a step along one the difference and 0.05.
+/// difference, a step along one the difference and 0.05.
 pub fn cost(differences: &[f32], every: usize) -> f64 {
     cheapest(differences, every).0
 }
@@ -64,7 +64,7 @@ pub struct Warp {
 /// The cheapest cyclic warp, for `differences` of 110 × 110.
 pub fn warp(differences: &[f32]) -> Warp {
     let (cost, start) = cheapest(differences, 1);
-    let difference = |i: usize, j: usize| held(differences[i * SAMPLES + (j + start) % SAMPLES]);
+    let difference = |i: usize, j: usize| differences[i * SAMPLES + (j + start) % SAMPLES];
     let mut table = vec![[f32::INFINITY; SAMPLES]; SAMPLES];
     for i in 0..SAMPLES {
         for j in 0..SAMPLES {
@@ -89,6 +89,18 @@ pub fn warp(differences: &[f32]) -> Warp {
     }
     path.reverse();
     Warp { cost, path }
+}
+
+/// What a path costs per sample for other differences than those it is the cheapest for.
+pub fn cost_along(path: &[(usize, usize)], differences: &[f32]) -> f64 {
+    let difference = |&(i, j): &(usize, usize)| differences[i * SAMPLES + j];
+    let both = |a: &(usize, usize), b: &(usize, usize)| a.0 != b.0 && a.1 != b.1;
+    let first = path.first().map_or(0.0, |pair| 2.0 * difference(pair));
+    let step = |step: &[(usize, usize)]| {
+        let c = difference(&step[1]);
+        if both(&step[0], &step[1]) { 2.0 * c } else { c + SKIP }
+    };
+    f64::from(first + path.windows(2).map(step).sum::<f32>()) / (2 * SAMPLES) as f64
 }
 
 /// Costs before the last step to a pair: a step along both, along the first, along the second contour. Infinite where
@@ -119,7 +131,7 @@ fn cheapest(differences: &[f32], every: usize) -> (f64, usize) {
     (f64::from(best) / (2 * SAMPLES) as f64, start)
 }
 
-/// Truncated differences in an order in which those that the lanes need at a time are side by side.
+/// Differences in an order in which those that the lanes need at a time are side by side.
 struct Strided {
     every: usize,
     /// Entries per sample of `a`, and per remainder of the column by `every`.
@@ -136,7 +148,7 @@ impl Strided {
         for differences in differences.chunks_exact(SAMPLES) {
             for remainder in 0..every {
                 let columns = (remainder..).step_by(every).take(part);
-                values.extend(columns.map(|column| held(differences[column % SAMPLES])));
+                values.extend(columns.map(|column| differences[column % SAMPLES]));
             }
         }
         Strided { every, row, part, values }
@@ -172,10 +184,6 @@ impl Strided {
     }
 }
 
-fn held(difference: f32) -> f32 {
-    least(difference, TRUNCATE)
-}
-
 /// One instruction, unlike `f32::min`, which minds what is not a number.
 #[inline(always)]
 fn least(a: f32, b: f32) -> f32 {
@@ -193,7 +201,8 @@ mod tests {
         let mut source = ChaCha8Rng::seed_from_u64(seed);
         let offset = source.random_range(0..SAMPLES);
         let near = |i: usize, j: usize| (j + SAMPLES - i + offset) % SAMPLES < 9;
-        let cell = |k: usize| source.random::<f32>() * if near(k / SAMPLES, k % SAMPLES) { 0.2 } else { 0.7 };
+        let cell =
+            |k: usize| (source.random::<f32>() * if near(k / SAMPLES, k % SAMPLES) { 0.2 } else { 0.7 }).min(TRUNCATE);
         (0..SAMPLES * SAMPLES).map(cell).collect()
     }
 
@@ -202,7 +211,7 @@ mod tests {
         table[0][0] = 0.0;
         for i in 0..SAMPLES {
             for j in 0..SAMPLES {
-                let c = f64::from(differences[i * SAMPLES + (j + start) % SAMPLES]).min(0.4);
+                let c = f64::from(differences[i * SAMPLES + (j + start) % SAMPLES]);
                 let one = table[i][j + 1].min(table[i + 1][j]) + c + 0.05;
                 table[i + 1][j + 1] = one.min(table[i][j] + 2.0 * c);
             }
@@ -228,7 +237,7 @@ mod tests {
             let Warp { cost, path } = warp(&differences);
             let (first, last) = (path[0], path[path.len() - 1]);
             assert_eq!((first.0, last.0, (last.1 + 1) % SAMPLES), (0, SAMPLES - 1, first.1));
-            let difference = |&(i, j): &(usize, usize)| f64::from(differences[i * SAMPLES + j].min(0.4));
+            let difference = |&(i, j): &(usize, usize)| f64::from(differences[i * SAMPLES + j]);
             let mut total = 2.0 * difference(&first);
             let mut round = 0;
             for step in path.windows(2) {
