@@ -23,12 +23,12 @@ mod shape_context;
 pub mod silhouette;
 pub mod single_outline;
 #[cfg(test)]
-mod solids;
+pub(crate) mod solids;
 pub mod symmetry;
 mod trust;
 pub mod view;
 pub mod views;
-mod visible;
+pub(crate) mod visible;
 pub mod warping;
 
 use attempt::Attempt;

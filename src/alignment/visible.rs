@@ -91,7 +91,7 @@ impl<'a> Visible<'a> {
 }
 
 /// The weights of the corners at a point, nothing where the triangle is seen edge-on.
-fn barycentric([a, b, c]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> Option<[f64; 3]> {
+pub(crate) fn barycentric([a, b, c]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> Option<[f64; 3]> {
     let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
     if doubled == 0.0 {
         return None;
