@@ -112,7 +112,7 @@ pub fn file(form: Form, result: &[u8], sketch: &Sketch, mesh: &TriangleMesh) -> 
 /// Answers a picture of a match: the sketch, the mesh in the view it was matched in, and the mesh from 60° beside it.
 ///
 /// What corresponds has one colour; what nothing corresponds to is light grey, and what is matched without confidence
-/// grey. The picture is 1600 × 640 pixels.
+/// grey. The picture is 1600 pixels wide and up to 640 high.
 #[utoipa::path(
     get, path = "/v1/matches/{id}/picture", tag = "matches", params(("id" = String, Path), PictureQuery),
     responses(

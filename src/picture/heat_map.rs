@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn nothing_is_white() {
-        assert_eq!(pixel(&decoded(&[vec![0.0; 2]; 2]), 1, 1, 320), [255; 3]);
+        assert_eq!(pixel(&decoded(&vec![vec![0.0; 2]; 2]), 1, 1, 320), [255; 3]);
         assert_eq!(decoded(&[]).width(), 640 + 236);
     }
 

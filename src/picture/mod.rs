@@ -23,10 +23,12 @@ use image::ImageError;
 use crate::alignment::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::sketch::Sketch;
+use scene::Scene;
 
-/// The size of the picture of a match, in pixels.
+/// The width of the picture of a match, in pixels.
 pub const WIDTH: u32 = 1600;
-pub const HEIGHT: u32 = 640;
+/// And its height at most; it is as high as its figures and a margin need.
+pub const TALLEST: u32 = 640;
 
 /// A sketch, a mesh, and the point of the mesh for every vertex of the sketch. It can only be built fitting.
 #[derive(Clone, Debug)]
@@ -64,13 +66,14 @@ impl<'a> Matched<'a> {
     }
 }
 
-/// The match as a PNG picture of [`WIDTH`] × [`HEIGHT`] pixels: the sketch, the mesh in the view the sketch was matched
-/// in, and the mesh from 60° beside it, in the colours of the sketch's places.
+/// The match as a PNG picture, [`WIDTH`] pixels wide and up to [`TALLEST`] high: the sketch, the mesh in the view the sketch
+/// was matched in, and the mesh from 60° beside it, in the colours of the sketch's places.
 ///
 /// # Errors
 /// What the PNG encoder reports.
 pub fn png(pair: &Matched<'_>) -> Result<Vec<u8>, ImageError> {
-    png::encoded(WIDTH, HEIGHT, png::pixels(WIDTH, HEIGHT, &scene::figures(pair)))
+    let Scene { height, figures } = scene::scene(pair);
+    png::encoded(WIDTH, height, png::pixels(WIDTH, height, &figures))
 }
 
 /// The same picture as SVG. Triangles that are in sight are polygons, outlines are strokes; a figure with more than
@@ -79,11 +82,12 @@ pub fn png(pair: &Matched<'_>) -> Result<Vec<u8>, ImageError> {
 /// # Errors
 /// What the PNG encoder reports.
 pub fn svg(pair: &Matched<'_>) -> Result<String, ImageError> {
+    let Scene { height, figures } = scene::scene(pair);
     let mut content = String::new();
-    for figure in &scene::figures(pair) {
+    for figure in &figures {
         content.push_str(&svg::figure(figure)?);
     }
-    Ok(svg::document(WIDTH, HEIGHT, "the sketch and the mesh in matching colours", &content))
+    Ok(svg::document(WIDTH, height, "the sketch and the mesh in matching colours", &content))
 }
 
 /// The mesh in the colours of the sketch as glTF 2.0 binary, lit by whoever shows it. Vertices and triangles are in the

@@ -24,13 +24,13 @@ fn a_cube_seen_from_the_front_is_a_square_in_the_colours_of_the_sketch() {
     let (mesh, sketch) = (cube(), square_on(&cube()));
     let pair = sketch.pair(&mesh);
     let picture = decoded(&png(&pair).unwrap());
-    assert_eq!(picture.dimensions(), (WIDTH, HEIGHT));
-    let figures = scene::figures(&pair);
+    let Scene { height, figures } = scene::scene(&pair);
+    assert_eq!(picture.dimensions(), (WIDTH, height));
     for figure in &figures[..2] {
         let window = figure.window.left..figure.window.left + figure.window.width;
         let x = figure.points.iter().map(|p| f64::from(window.start) + p[0]);
         let (left, right) = (x.clone().fold(f64::INFINITY, f64::min), x.fold(0.0, f64::max));
-        for row in [100, HEIGHT / 2, HEIGHT - 100] {
+        for row in [100, height / 2, height - 100] {
             let columns = covered(&picture, row, window.clone());
             assert!(
                 (f64::from(columns[0]) - left).abs() < 2.0 && (f64::from(*columns.last().unwrap()) - right).abs() < 2.0
@@ -55,12 +55,12 @@ fn what_is_hidden_stays_hidden() {
     // The far side of the cube is answered, and it is looked at from the front.
     let (mesh, sketch) = (cube(), square_on(&cube()));
     let far = Matched { vertices: vec![0, 1, 3, 2], ..sketch.pair(&mesh) };
-    let figures = scene::figures(&far);
+    let Scene { height, figures } = scene::scene(&far);
     let front = raster::Raster::of(&figures[1]).seen(figures[1].triangles.len());
     let facing = |t: &usize| mesh.triangles()[*t].iter().all(|&v| v >= 4);
     assert_eq!((0..12).filter(|&t| front[t]).collect::<Vec<_>>(), (0..12).filter(facing).collect::<Vec<_>>());
     let window = figures[1].window;
-    let middle = decoded(&png(&far).unwrap()).get_pixel(window.left + window.width / 2, HEIGHT / 2).0;
+    let middle = decoded(&png(&far).unwrap()).get_pixel(window.left + window.width / 2, height / 2).0;
     assert!(middle.iter().all(|x| x.abs_diff(middle[0]) <= 1), "grey: {middle:?}");
 }
 
@@ -86,7 +86,7 @@ fn the_drawing_has_the_triangles_in_sight() {
     // Two of the sketch, two of the mesh's front, and two sides of two seen from the right.
     assert_eq!(document.descendants().filter(|node| node.attribute("color").is_some()).count(), 2 + 2 + 4);
     let tree = usvg::Tree::from_str(&text, &usvg::Options::default()).unwrap();
-    assert_eq!((tree.size().width(), tree.size().height()), (WIDTH as f32, HEIGHT as f32));
+    assert_eq!(tree.size().width(), WIDTH as f32);
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn shapes_of_any_size_can_be_seen() {
         let mesh = TriangleMesh::new(positions, cube().triangles().to_vec()).unwrap();
         for view in [None, Some(Frame::looking_from([0.0, 0.0, 1.0]))] {
             let picture = decoded(&png(&Matched { view, ..square.pair(&mesh) }).unwrap());
-            assert!(covered(&picture, HEIGHT / 2, 0..WIDTH).len() > 500, "{scale}");
+            assert!(covered(&picture, picture.height() / 2, 0..WIDTH).len() > 500, "{scale}");
         }
     }
 }
