@@ -13,7 +13,7 @@ const FAR: f64 = 1024.0;
 /// And where the extent is between these.
 const SIZES: [f64; 2] = [1e-18, 1e18];
 
-/// What accessors and buffer views call their numbers and their use [glTF, §3.6, §3.7].
+/// What accessors and buffer views call their numbers and their use (glTF 2.0, §3.6 and §3.7).
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
