@@ -11,7 +11,7 @@ use crate::mesh::TriangleMesh;
 /// times its extent.
 const FAR: f64 = 1024.0;
 /// And where the extent is between these.
-const SIZES: [f64; 2] = [1e-18, 1e18];
+const SIZES: std::ops::RangeInclusive<f64> = 1e-18..=1e18;
 
 /// What accessors and buffer views call their numbers and their use (glTF 2.0, §3.6 and §3.7).
 const FLOAT: u32 = 5126;
@@ -93,7 +93,7 @@ fn single(mesh: &TriangleMesh) -> Vec<[f32; 3]> {
     }
     let extent = (0..3).map(|i| high[i] - low[i]).fold(0.0, f64::max);
     let farthest = low.into_iter().chain(high).map(f64::abs).fold(0.0, f64::max);
-    let held = farthest <= FAR * extent && extent >= SIZES[0] && extent <= SIZES[1];
+    let held = farthest <= FAR * extent && SIZES.contains(&extent);
     let (middle, scale) = if held {
         ([0.0; 3], 1.0)
     } else {

@@ -12,7 +12,7 @@ use super::svg::{document, embedded};
 const SIDE: u32 = 640;
 /// Round the matrix; holds the names of the axes in SVG.
 const MARGIN: u32 = 56;
-/// Between the matrix and the bar of colours, the width of the bar, and the room for its numbers.
+/// Between the matrix and the bar of colours, the width of the bar, and the room for its numbers in SVG.
 const GAP: u32 = 28;
 const BAR: u32 = 20;
 const NUMBERS: u32 = 76;
@@ -36,13 +36,13 @@ struct Layout<'a> {
 
 /// The matrix as a PNG picture: a square per entry, a frame, and beside it a bar of the colours from the largest
 /// absolute value down to its opposite. A matrix of m × n has squares of s = ⌊640 / max(m, n)⌋ pixels (of more than 640
-/// rows or columns some are left out), and the picture is n s + 236 pixels wide and m s + 112 high.
+/// rows or columns some are left out), and the picture is n s + 160 pixels wide and m s + 112 high.
 ///
 /// # Errors
 /// What the PNG encoder reports.
 pub fn png(values: &[Vec<f64>]) -> Result<Vec<u8>, ImageError> {
     let layout = Layout::of(values);
-    let [width, height] = layout.picture();
+    let [width, height] = layout.picture(0);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     encoded(width, height, pixels.map(|(x, y)| layout.pixel(x, y).bytes()))
 }
@@ -54,7 +54,7 @@ pub fn png(values: &[Vec<f64>]) -> Result<Vec<u8>, ImageError> {
 /// What the PNG encoder reports.
 pub fn svg(values: &[Vec<f64>]) -> Result<String, ImageError> {
     let layout = Layout::of(values);
-    let [width, height] = layout.picture();
+    let [width, height] = layout.picture(NUMBERS);
     let mut content = layout.entries()?;
     layout.legend(&mut content);
     Ok(document(width, height, "the functional map from the sketch to the mesh", &content))
@@ -70,9 +70,10 @@ impl Layout<'_> {
         Layout { values, rows, columns, size, largest }
     }
 
-    fn picture(&self) -> [u32; 2] {
+    /// The size of the picture with so much room for numbers.
+    fn picture(&self, numbers: u32) -> [u32; 2] {
         let [width, height] = self.size;
-        [MARGIN + width + GAP + BAR + NUMBERS + MARGIN, height + 2 * MARGIN]
+        [MARGIN + width + GAP + BAR + numbers + MARGIN, height + 2 * MARGIN]
     }
 
     /// The left edge of the bar of colours.
@@ -204,7 +205,7 @@ mod tests {
     #[test]
     fn entries_stand_where_they_are_in_the_matrix() {
         let picture = decoded(&[vec![0.0, 2.0, 1.0], vec![-2.0, 0.0, -1.0]]);
-        assert_eq!(picture.dimensions(), (3 * 213 + 236, 2 * 213 + 112));
+        assert_eq!(picture.dimensions(), (3 * 213 + 160, 2 * 213 + 112));
         assert_eq!(pixel(&picture, 0, 0, 213), [255; 3]);
         assert_eq!(pixel(&picture, 0, 1, 213), diverging(1.0).bytes());
         assert_eq!(pixel(&picture, 0, 2, 213), diverging(0.5).bytes());
@@ -224,7 +225,7 @@ mod tests {
     fn large_matrices_stay_within_bounds() {
         for (rows, columns) in [(1000, 700), (500, 500), (1, 2000)] {
             let picture = decoded(&vec![vec![1.0; columns]; rows]);
-            assert!(picture.width() <= SIDE + 236 && picture.height() <= SIDE + 112, "{:?}", picture.dimensions());
+            assert!(picture.width() <= SIDE + 160 && picture.height() <= SIDE + 112, "{:?}", picture.dimensions());
             let text = svg(&vec![vec![1.0; columns]; rows]).unwrap();
             assert!(text.len() < 200_000, "{}", text.len());
             usvg::roxmltree::Document::parse(&text).unwrap();
@@ -234,7 +235,7 @@ mod tests {
     #[test]
     fn nothing_is_white() {
         assert_eq!(pixel(&decoded(&vec![vec![0.0; 2]; 2]), 1, 1, 320), [255; 3]);
-        assert_eq!(decoded(&[]).width(), 640 + 236);
+        assert_eq!(decoded(&[]).width(), 640 + 160);
     }
 
     #[test]

@@ -14,10 +14,19 @@ const TURN: f64 = 60.0;
 const AGREES: f64 = 0.5;
 
 /// The view the sketch was matched in, rolled so that the mesh stands in the picture as the sketch does. Where no view
-/// is known, the matched vertices are looked at along their shortest principal axis, from the side more of them face.
+/// is known, the matched vertices are looked at along their shortest principal axis, from the side from which they look
+/// more like the sketch, of equals from the one that more of them face.
 pub fn matched(pair: &Matched<'_>) -> Frame {
-    let frame = pair.view.unwrap_or_else(|| broadest(pair));
-    rolled(&frame, roll(pair, &frame))
+    let upright = |frame: Frame| {
+        let Likeness { turn, correlation } = likeness(pair, &frame);
+        (rolled(&frame, if correlation >= AGREES { turn } else { 0.0 }), correlation)
+    };
+    if let Some(view) = pair.view {
+        return upright(view).0;
+    }
+    let front = broadest(pair);
+    let [(front, alike), (behind, more_alike)] = [front, front.from_behind()].map(upright);
+    if more_alike > alike { behind } else { front }
 }
 
 /// The view from 60° to the right of another, with the same up.
@@ -55,9 +64,16 @@ fn broadest(pair: &Matched<'_>) -> Frame {
     Frame::looking_from(if facing < 0.0 { axis.map(|x| -x) } else { axis })
 }
 
-/// The angle by which the frame's picture of the matched vertices is turned against the sketch, counter-clockwise in
-/// radians: that of the best rotation, weighted by confidence; 0 where sketch and picture do not agree.
-fn roll(pair: &Matched<'_>, frame: &Frame) -> f64 {
+/// How the picture of the matched vertices in a frame relates to the sketch.
+struct Likeness {
+    /// The angle by which it is turned against the sketch, counter-clockwise in radians: that of the best rotation.
+    turn: f64,
+    /// Of sketch and picture after that rotation, in `[0, 1]`; not a number where all points are one or none is believed.
+    correlation: f64,
+}
+
+/// Points are weighted by confidence.
+fn likeness(pair: &Matched<'_>, frame: &Frame) -> Likeness {
     let positions = pair.mesh.positions();
     let drawn: Vec<[f64; 2]> = pair.sketch.mesh().positions().iter().map(|&[x, y, _]| [x, y]).collect();
     let seen: Vec<[f64; 2]> = pair.vertices.iter().map(|&v| frame.project(positions[v as usize])).collect();
@@ -70,9 +86,8 @@ fn roll(pair: &Matched<'_>, frame: &Frame) -> f64 {
         drawn_norm += weight * (px * px + py * py);
         seen_norm += weight * (qx * qx + qy * qy);
     }
-    // Not a number, where all points are one or none is believed, agrees with nothing.
     let correlation = cosine.hypot(sine) / (drawn_norm.sqrt() * seen_norm.sqrt());
-    if correlation >= AGREES { sine.atan2(cosine) } else { 0.0 }
+    Likeness { turn: sine.atan2(cosine), correlation }
 }
 
 /// The frame whose picture is turned clockwise by the angle.
@@ -118,6 +133,15 @@ mod tests {
         let (mesh, sketch) = (cube(), square_on(&cube()));
         let frame = matched(&Matched { view: None, ..sketch.pair(&mesh) });
         assert!(near(frame.toward_camera, [0.0, 0.0, 1.0]) && near(frame.up, [0.0, 1.0, 0.0]), "{frame:?}");
+    }
+
+    #[test]
+    fn without_a_view_the_side_that_looks_like_the_sketch_is_seen() {
+        let (mesh, sketch) = (cube(), square_on(&cube()));
+        // The corners the other way round: the same side from within.
+        let mirrored = Matched { view: None, vertices: vec![5, 4, 6, 7], ..sketch.pair(&mesh) };
+        let frame = matched(&mirrored);
+        assert!(near(frame.toward_camera, [0.0, 0.0, -1.0]) && near(frame.up, [0.0, 1.0, 0.0]), "{frame:?}");
     }
 
     #[test]
