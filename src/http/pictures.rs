@@ -81,7 +81,8 @@ struct Seen {
 #[derive(Deserialize)]
 struct Point {
     mesh_vertex: u32,
-    confidence: f64,
+    /// Nothing where it is not known.
+    confidence: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -100,7 +101,8 @@ pub fn file(form: Form, result: &[u8], sketch: &Sketch, mesh: &TriangleMesh) -> 
         up,
         toward_camera,
     });
-    let points = correspondences.into_iter().map(|Point { mesh_vertex, confidence }| (mesh_vertex, confidence));
+    let points = correspondences.into_iter();
+    let points = points.map(|Point { mesh_vertex, confidence }| (mesh_vertex, confidence.unwrap_or(0.0)));
     let pair = Matched::new(sketch, mesh, points, view)?;
     Ok(match form {
         Form::Png => picture::png(&pair)?,
