@@ -7,6 +7,7 @@ use anyhow::ensure;
 use clap::{Args, Parser, Subcommand};
 
 use crate::telemetry::LogFormat;
+use sketchmatch::http::pictures::Form;
 use sketchmatch::{example, http, store, worker};
 
 /// Matches 2D sketches to 3D meshes by functional maps.
@@ -86,6 +87,28 @@ pub struct MatchOptions {
     /// Where the result goes [default: standard output].
     #[arg(short, long, env = "SKETCHMATCH_OUTPUT")]
     pub output: Option<PathBuf>,
+    /// Where a picture of the match goes, by the file's ending: .png, .svg, or .glb for the coloured mesh.
+    #[arg(long, env = "SKETCHMATCH_PICTURE", value_name = "FILE", value_parser = picture)]
+    pub picture: Option<PictureFile>,
+}
+
+/// A file for a picture, in the form its name says.
+#[derive(Clone, Debug)]
+pub struct PictureFile {
+    pub path: PathBuf,
+    pub form: Form,
+}
+
+fn picture(path: &str) -> Result<PictureFile, String> {
+    let path = PathBuf::from(path);
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let form = match ending.as_str() {
+        "png" => Form::Png,
+        "svg" => Form::Svg,
+        "glb" => Form::Glb,
+        _ => return Err("a picture is a file that ends in .png, .svg or .glb".to_owned()),
+    };
+    Ok(PictureFile { path, form })
 }
 
 #[derive(Debug, Args)]
@@ -175,6 +198,21 @@ mod tests {
         let example = |vertices: &str| Cli::try_parse_from(["sketchmatch", "example", "d", "--vertices", vertices]);
         assert!(example("2000").is_ok() && example("100000").is_ok());
         assert!(example("1999").is_err() && example("100001").is_err() && example("many").is_err());
+    }
+
+    #[test]
+    fn a_picture_comes_in_the_form_its_name_says() {
+        let form = |file: &str| {
+            let arguments = ["sketchmatch", "match", "sketch.svg", "mesh.off", "--picture", file];
+            match Cli::try_parse_from(arguments).map(|cli| cli.command) {
+                Ok(Command::Match(MatchOptions { picture: Some(picture), .. })) => Ok(picture.form),
+                other => Err(format!("{other:?}")),
+            }
+        };
+        assert_eq!((form("a/b.png"), form("b.SVG"), form("b.c.glb")), (Ok(Form::Png), Ok(Form::Svg), Ok(Form::Glb)));
+        for file in ["b.jpg", "png", ".png", "b.", ""] {
+            assert!(form(file).unwrap_err().contains(".png, .svg or .glb"), "{file}");
+        }
     }
 
     #[test]

@@ -37,6 +37,9 @@ pub mod correspondence;
 /// How far an answer is from the truth: geodesic error curves.
 pub mod evaluation;
 
+/// What people look at: a match as coloured figures, the functional map as a heat map, the mesh in colours.
+pub mod picture;
+
 /// The example creatures: implicit bodies, their views and the true correspondence.
 pub mod example;
 

@@ -16,9 +16,9 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
-use config::{Cli, Command, ExampleOptions, MatchOptions, ServeOptions};
+use config::{Cli, Command, ExampleOptions, MatchOptions, PictureFile, ServeOptions};
 use sketchmatch::http::problem::Problem;
-use sketchmatch::http::{self, App};
+use sketchmatch::http::{self, App, pictures};
 use sketchmatch::mesh::formats::Limits;
 use sketchmatch::numerics::Cancelled;
 use sketchmatch::pipeline::request::MatchRequest;
@@ -94,12 +94,14 @@ fn matched(options: &MatchOptions) -> anyhow::Result<()> {
     let result = pipeline::run(&sketch.sketch, &mesh.mesh, &settings, &surroundings)?;
     let text = serde_json::to_string(&result)?;
     match &options.output {
-        Some(path) => fs::write(path, text).with_context(|| format!("writing {}", path.display())),
-        None => {
-            println!("{text}");
-            Ok(())
-        }
+        Some(path) => fs::write(path, &text).with_context(|| format!("writing {}", path.display()))?,
+        None => println!("{text}"),
     }
+    if let Some(PictureFile { path, form }) = &options.picture {
+        let file = pictures::file(*form, text.as_bytes(), &sketch.sketch, &mesh.mesh)?;
+        fs::write(path, file).with_context(|| format!("writing {}", path.display()))?;
+    }
+    Ok(())
 }
 
 fn read(path: &Path) -> anyhow::Result<Vec<u8>> {

@@ -24,7 +24,7 @@ mod shape_context;
 pub mod silhouette;
 pub mod single_outline;
 #[cfg(test)]
-mod solids;
+pub(crate) mod solids;
 pub mod symmetry;
 mod trust;
 pub mod view;

@@ -54,6 +54,12 @@ pub struct Links {
     #[serde(rename = "self")]
     pub itself: String,
     pub result: String,
+    /// The sketch and the mesh in matching colours.
+    pub picture: String,
+    /// C as a heat map.
+    pub matrix: String,
+    /// The mesh in the colours of the sketch.
+    pub mesh: String,
     pub events: String,
 }
 
@@ -67,7 +73,14 @@ impl From<Job> for MatchDocument {
             started_at: job.started_ms.map(timestamp),
             finished_at: job.finished_ms.map(timestamp),
             error: job.error,
-            links: Links { result: format!("{itself}/result"), events: format!("{itself}/events"), itself },
+            links: Links {
+                result: format!("{itself}/result"),
+                picture: format!("{itself}/picture"),
+                matrix: format!("{itself}/matrix"),
+                mesh: format!("{itself}/mesh.glb"),
+                events: format!("{itself}/events"),
+                itself,
+            },
             id: job.id,
         }
     }

@@ -16,6 +16,7 @@ mod npy;
 mod observation;
 pub mod openapi;
 mod page;
+pub mod pictures;
 mod preference;
 pub mod problem;
 mod query;

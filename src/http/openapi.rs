@@ -7,7 +7,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::problem::{self, Problem};
-use super::{App, events, health, matches, meshes, regularisers, results, sketches, spectra};
+use super::{App, events, health, matches, meshes, pictures, regularisers, results, sketches, spectra};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -37,6 +37,9 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(matches::create, matches::list))
         .routes(routes!(matches::read, matches::end))
         .routes(routes!(results::read))
+        .routes(routes!(pictures::of_match))
+        .routes(routes!(pictures::of_matrix))
+        .routes(routes!(pictures::of_mesh))
         .routes(routes!(events::stream))
         .routes(routes!(regularisers::list))
         .routes(routes!(regularisers::read))

@@ -9,6 +9,7 @@ use serde::Deserialize;
 use super::App;
 use super::matches::found;
 use super::npy;
+use super::pictures::{self, GLB};
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::{immutable, negotiated};
@@ -19,31 +20,40 @@ const JSON: &str = "application/json";
 const CSV: &str = "text/csv";
 const NPY: &str = "application/x-npy";
 
-/// Answers the result of a match: all of it as JSON, the correspondences as CSV, or C as `.npy`.
+/// Answers the result of a match: all of it as JSON, the correspondences as CSV, C as `.npy`, or the mesh in the colours
+/// of the sketch as GLB.
 #[utoipa::path(
     get, path = "/v1/matches/{id}/result", tag = "matches", params(("id" = String, Path)),
     responses(
         (status = 200, description = "the result", content(
-            (MatchResult = "application/json"), (String = "text/csv"), (String = "application/x-npy"),
+            (MatchResult = "application/json"), (String = "text/csv"), (String = "application/x-npy"), (String = "model/gltf-binary"),
         )),
         (status = 304, description = "unchanged"),
         (status = 409, description = "not finished, or finished without a result"),
     ),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    let form = negotiated(&headers, &[JSON, CSV, NPY])?;
-    let job = found(&app, &id).await?;
-    if job.state != JobState::Succeeded {
-        return Err(unavailable(&job));
-    }
-    let result =
-        app.store.result(&id).await?.ok_or_else(|| Problem::not_found(format_args!("result of match {id}")))?;
+    let form = negotiated(&headers, &[JSON, CSV, NPY, GLB])?;
+    let result = stored(&app, &id).await?;
     let body = match form {
+        GLB => pictures::coloured_mesh(&app, result).await?,
         CSV => app.off_runtime(move || csv(&result)).await?.map_err(Problem::internal)?,
         NPY => app.off_runtime(move || matrix(&result)).await?.map_err(Problem::internal)?,
         _ => result,
     };
     Ok(immutable(&headers, form, body))
+}
+
+/// The result of a match as it was written.
+///
+/// # Errors
+/// 404 where there is no such match, 409 where it has no result.
+pub async fn stored(app: &App, id: &str) -> Result<Bytes, Problem> {
+    let job = found(app, id).await?;
+    if job.state != JobState::Succeeded {
+        return Err(unavailable(&job));
+    }
+    app.store.result(id).await?.ok_or_else(|| Problem::not_found(format_args!("result of match {id}")))
 }
 
 /// 409: why there is no result.

@@ -1,11 +1,11 @@
 //! The edges of a list of triangles.
 
 /// Side `h % 3` of triangle `h / 3`, which runs from its corner `h % 3` to the next one.
-pub(super) type HalfEdge = u32;
+pub(crate) type HalfEdge = u32;
 
 /// The edges of a list of triangles, each with the half-edges on it, in ascending order of (smaller vertex, larger
 /// vertex) and of half-edges within an edge.
-pub(super) struct Edges {
+pub(crate) struct Edges {
     half_edges: Vec<(u64, HalfEdge)>,
 }
 
@@ -47,7 +47,7 @@ impl Edges {
 
 /// One edge and the half-edges on it.
 #[derive(Clone, Copy)]
-pub(super) struct Edge<'a> {
+pub(crate) struct Edge<'a> {
     half_edges: &'a [(u64, HalfEdge)],
 }
 
@@ -63,7 +63,7 @@ impl Edge<'_> {
     }
 }
 
-pub(super) fn triangle_of(h: HalfEdge) -> usize {
+pub(crate) fn triangle_of(h: HalfEdge) -> usize {
     (h / 3) as usize
 }
 

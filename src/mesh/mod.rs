@@ -2,7 +2,7 @@
 
 pub mod connectivity;
 mod disjoint_sets;
-mod edges;
+pub(crate) mod edges;
 pub mod formats;
 pub mod geodesics;
 mod polygon;

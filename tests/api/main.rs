@@ -5,6 +5,7 @@ mod crash;
 mod drawings;
 mod headers;
 mod openapi;
+mod pictures;
 mod server;
 mod spectra;
 mod uploads;

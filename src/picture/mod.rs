@@ -1,0 +1,103 @@
+//! What people look at: a match as coloured figures, the functional map as a heat map, the mesh in the sketch's colours.
+//!
+//! Every place of the sketch has a colour, and the mesh has it where that place is answered; what nobody's answer is near
+//! is light grey, and what is matched without confidence grey. The same input gives the same bytes.
+
+mod colour;
+mod figure;
+#[cfg(test)]
+mod fixtures;
+mod glb;
+pub mod heat_map;
+mod normals;
+mod palette;
+mod png;
+mod raster;
+mod scene;
+mod surface;
+mod svg;
+mod view;
+
+use image::ImageError;
+
+use crate::alignment::frame::Frame;
+use crate::mesh::TriangleMesh;
+use crate::sketch::Sketch;
+use scene::Scene;
+
+/// The width of the picture of a match, in pixels.
+pub const WIDTH: u32 = 1600;
+/// And its height at most; it is as high as its figures and a margin need.
+pub const TALLEST: u32 = 640;
+
+/// A sketch, a mesh, and the point of the mesh for every vertex of the sketch. It can only be built fitting.
+#[derive(Clone, Debug)]
+pub struct Matched<'a> {
+    sketch: &'a Sketch,
+    mesh: &'a TriangleMesh,
+    /// A vertex of the mesh and a confidence for every vertex of the sketch.
+    vertices: Vec<u32>,
+    confidence: Vec<f64>,
+    view: Option<Frame>,
+}
+
+/// The points are not those of the two shapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the points of the match are not those of its sketch and its mesh")]
+pub struct Unfit;
+
+impl<'a> Matched<'a> {
+    /// The match of the sketch with the mesh: `points` are a vertex of the mesh and a confidence in `[0, 1]` for every
+    /// vertex of the sketch, in its order. `view` is what the sketch was matched in, orthonormal; where there is none, the
+    /// matched vertices tell one.
+    ///
+    /// # Errors
+    /// [`Unfit`] where the sketch has another number of vertices or the mesh no such vertex.
+    pub fn new(
+        sketch: &'a Sketch,
+        mesh: &'a TriangleMesh,
+        points: impl IntoIterator<Item = (u32, f64)>,
+        view: Option<Frame>,
+    ) -> Result<Matched<'a>, Unfit> {
+        let (vertices, confidence): (Vec<u32>, Vec<f64>) = points.into_iter().unzip();
+        let fits = vertices.len() == sketch.mesh().positions().len()
+            && vertices.iter().all(|&v| (v as usize) < mesh.positions().len());
+        if fits { Ok(Matched { sketch, mesh, vertices, confidence, view }) } else { Err(Unfit) }
+    }
+}
+
+/// The match as a PNG picture, [`WIDTH`] pixels wide and up to [`TALLEST`] high: the sketch, the mesh in the view the sketch
+/// was matched in, and the mesh from 60° beside it, in the colours of the sketch's places.
+///
+/// # Errors
+/// What the PNG encoder reports.
+pub fn png(pair: &Matched<'_>) -> Result<Vec<u8>, ImageError> {
+    let Scene { height, figures } = scene::scene(pair);
+    png::encoded(WIDTH, height, png::pixels(WIDTH, height, &figures))
+}
+
+/// The same picture as SVG. Triangles that are in sight are polygons, outlines are strokes; a figure with more than
+/// 20,000 triangles in sight is an embedded PNG, so that the document stays within a few megabytes.
+///
+/// # Errors
+/// What the PNG encoder reports.
+pub fn svg(pair: &Matched<'_>) -> Result<String, ImageError> {
+    let Scene { height, figures } = scene::scene(pair);
+    let mut content = String::new();
+    for figure in &figures {
+        content.push_str(&svg::figure(figure)?);
+    }
+    Ok(svg::document(WIDTH, height, "the sketch and the mesh in matching colours", &content))
+}
+
+/// The mesh in the colours of the sketch as glTF 2.0 binary, lit by whoever shows it. Vertices and triangles are in the
+/// mesh's order and coordinates; a mesh that single precision would spoil is moved to the origin and scaled to extent 1.
+///
+/// # Errors
+/// What the encoder reports.
+pub fn glb(pair: &Matched<'_>) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(pair.mesh, &scene::colours(pair).1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,39 @@
+//! The directions a surface faces.
+
+use crate::alignment::frame::unit;
+use crate::mesh::{TriangleMesh, cross, length, subtract};
+
+/// A direction of length 1 for every vertex: the mean of its triangles', weighted by area; along z where there is none.
+pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; mesh.positions().len()];
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|v| mesh.positions()[v as usize]);
+        let normal = cross(subtract(b, a), subtract(c, a));
+        for &v in triangle {
+            (0..3).for_each(|i| sums[v as usize][i] += normal[i]);
+        }
+    }
+    sums.into_iter().map(|sum| if length(sum) > 0.0 { unit(sum) } else { [0.0, 0.0, 1.0] }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::solids::sphere;
+    use crate::mesh::dot;
+
+    #[test]
+    fn a_sphere_faces_outward() {
+        let mesh = sphere(20, 40);
+        for (normal, &position) in vertex_normals(&mesh).into_iter().zip(mesh.positions()) {
+            assert!((length(normal) - 1.0).abs() < 1e-12 && dot(normal, unit(position)) > 0.99);
+        }
+    }
+
+    #[test]
+    fn a_vertex_of_no_triangle_faces_somewhere() {
+        let positions = vec![[0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [9.0; 3]];
+        let mesh = TriangleMesh::new(positions, vec![[0, 1, 2]]).unwrap();
+        assert_eq!(vertex_normals(&mesh), [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    }
+}
