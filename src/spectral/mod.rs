@@ -13,7 +13,7 @@ use crate::numerics::block_lanczos::{self, EigenError, Eigenpairs};
 use laplacian::Lumping;
 
 /// Raised with every change that alters a spectrum: part of the key under which spectra are cached.
-pub const SOLVER_VERSION: u32 = 2;
+pub const SOLVER_VERSION: u32 = 3;
 
 /// The numbers of eigenpairs that are computed, whatever fewer are asked for.
 ///
