@@ -184,7 +184,11 @@ impl Problem {
         }
         let squared_residuals = column_products(&images, &images);
         RayleighQuotients {
-            residuals: squared_residuals.iter().zip(&squares).map(|(residual, square)| (residual / square).sqrt()).collect(),
+            residuals: squared_residuals
+                .iter()
+                .zip(&squares)
+                .map(|(residual, square)| (residual / square).sqrt())
+                .collect(),
             lengths: squares.iter().map(|square| square.sqrt()).collect(),
             values,
             vectors,

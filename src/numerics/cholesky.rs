@@ -4,14 +4,13 @@
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::prelude::ReborrowMut;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
     supernodal::{SupernodalLdltRef, SymbolicSupernodalCholesky},
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::prelude::ReborrowMut;
 use faer::{MatMut, Par, Side};
 use sprs::CsMat;
 

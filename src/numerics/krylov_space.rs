@@ -15,6 +15,8 @@ pub type Block<const Q: usize> = Vec<Row<Q>>;
 const DEPENDENT: f64 = 1e-12;
 /// The ratio below which the rest of the space may show through what is left, so that it is projected out once more.
 const WEAK: f64 = 1e-4;
+/// What is left of a column beside what the recurrence took below which it is mostly rounding, made orthogonal at once.
+const VANISHED: f64 = 1e-4;
 /// Passes over a block: one as a rule, two more for each time that columns had to be replaced.
 const MOST_PASSES: usize = 10;
 /// The departure from orthogonality that is let grow before the basis is mended; T keeps full accuracy up to √ε [Sim84].
@@ -61,7 +63,8 @@ impl<const Q: usize> KrylovSpace<Q> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut start = vec![[[0.0; 4]; Q]; rows];
         start.as_flattened_mut().as_flattened_mut().fill_with(|| random.random_range(-1.0..1.0));
-        let mut space = KrylovSpace { blocks: vec![], diagonal: vec![], coupling: vec![], random, mending: Mending::default() };
+        let mut space =
+            KrylovSpace { blocks: vec![], diagonal: vec![], coupling: vec![], random, mending: Mending::default() };
         space.orthonormalise(&mut start);
         space.blocks.push(start);
         space
@@ -81,12 +84,14 @@ impl<const Q: usize> KrylovSpace<Q> {
             add_product(&mut image, &self.blocks[last - 1..last], &back);
         }
         let mut diagonal = take(&self.blocks[last..], &mut image);
-        if self.mending.due() {
+        let (due, left) = (self.mending.due(), lengths(&image));
+        let vanished = (0..b).any(|j| left[j] <= VANISHED * diagonal.col(j).norm_l2());
+        if due || vanished {
             let rest = project(&self.blocks, &mut image);
             diagonal += rest.subrows(b * last, b);
-            let lengths = lengths(&image);
-            let lost = (0..b).map(|j| rest.col(j).norm_l2() / lengths[j]).fold(0.0, f64::max);
-            self.mending.mended(lost);
+            if due {
+                self.mending.mended((0..b).map(|j| rest.col(j).norm_l2() / left[j]).fold(0.0, f64::max));
+            }
         }
         self.diagonal.push(Mat::from_fn(b, b, |i, j| 0.5 * (diagonal[(i, j)] + diagonal[(j, i)])));
         let coupling = self.orthonormalise(&mut image);
@@ -287,4 +292,63 @@ fn rows<const Q: usize>(matrix: MatRef<'_, f64>) -> Vec<Row<Q>> {
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Multiplication by 1 / (1 + i) in row i, `distinct` different values, then zero.
+    fn operator(distinct: usize) -> impl Fn(&[Row<1>]) -> Block<1> {
+        move |x| {
+            let value = |i: usize| if i < distinct { 1.0 / (1.0 + i as f64) } else { 0.0 };
+            x.iter().enumerate().map(|(i, row)| row.map(|four| four.map(|x| value(i) * x))).collect()
+        }
+    }
+
+    fn departure(space: &KrylovSpace<1>) -> f64 {
+        let mut worst = 0.0f64;
+        for (i, block) in space.blocks.iter().enumerate() {
+            let gram = matrix(&inner(&space.blocks, block));
+            let identity = Mat::from_fn(gram.nrows(), 4, |r, c| if r == 4 * i + c { 1.0 } else { 0.0 });
+            worst = worst.max((gram - identity).norm_max());
+        }
+        worst
+    }
+
+    #[test]
+    fn the_basis_stays_orthogonal_while_pairs_converge() {
+        let mut space = KrylovSpace::<1>::new(500, 1);
+        for _ in 0..40 {
+            space.expand(operator(500));
+        }
+        assert!(departure(&space) < 1e-8, "{}", departure(&space));
+        let ritz = space.ritz_pairs(6).unwrap();
+        for i in 0..6 {
+            assert!((ritz.values[i] * (1.0 + i as f64) - 1.0).abs() < 1e-12);
+            assert!(ritz.residuals[i] < 1e-10);
+        }
+    }
+
+    #[test]
+    fn an_exhausted_space_goes_on_with_random_vectors() {
+        // Rank 6: the second block already depends on the first, the third is rounding alone.
+        let mut space = KrylovSpace::<1>::new(60, 1);
+        for _ in 0..8 {
+            space.expand(operator(6));
+        }
+        assert!(departure(&space) < 1e-8, "{}", departure(&space));
+        let values = space.ritz_pairs(8).unwrap().values;
+        for (i, value) in values.iter().enumerate() {
+            assert!((value - if i < 6 { 1.0 / (1.0 + i as f64) } else { 0.0 }).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_cholesky_factor_is_refused_to_dependent_columns() {
+        let gram = faer::mat![[4.0, 2.0], [2.0, 3.0]];
+        let (factor, least) = upper_cholesky(gram.as_ref()).unwrap();
+        assert!((factor.transpose() * &factor - &gram).norm_max() < 1e-14 && (least - 2.0 / 3.0).abs() < 1e-14);
+        assert!(upper_cholesky(faer::mat![[4.0, 2.0], [2.0, 1.0]].as_ref()).is_none());
+    }
 }

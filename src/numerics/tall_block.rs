@@ -206,3 +206,65 @@ impl<const Q: usize> Kernel for SparseProduct<'_, Q> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use faer::Mat;
+    use sprs::TriMat;
+
+    use super::*;
+    use crate::numerics::random;
+
+    fn rows<const Q: usize>(matrix: &Mat<f64>, first: usize) -> Vec<Row<Q>> {
+        let row = |i| std::array::from_fn(|q| std::array::from_fn(|l| matrix[(i, first + 4 * q + l)]));
+        (0..matrix.nrows()).map(row).collect()
+    }
+
+    fn assert_close<const Q: usize>(fast: &[Row<Q>], naive: &Mat<f64>) {
+        let fast = Mat::from_fn(fast.len(), 4 * Q, |i, j| fast[i][j / 4][j % 4]);
+        assert!((fast - naive).norm_max() < 1e-10);
+    }
+
+    /// A basis of three blocks and X, with more rows than a stretch and no multiple of four.
+    fn agree_with_naive_ones<const Q: usize>() {
+        let n = 2 * STRETCH + 7;
+        let (v, x) = (random::normal(n, 12 * Q, 1), random::normal(n, 4 * Q, 2));
+        let basis: Vec<Vec<Row<Q>>> = (0..3).map(|block| rows(&v, 4 * Q * block)).collect();
+        let block = rows::<Q>(&x, 0);
+        assert_close(&inner(&basis, &block), &(v.transpose() * &x));
+
+        let c = random::normal(12 * Q, 4 * Q, 3);
+        let mut sum = block.clone();
+        add_product(&mut sum, &basis, &rows(&c, 0));
+        assert_close(&sum, &(&x + &v * &c));
+
+        let c = random::normal(4 * Q, 4 * Q, 4);
+        let mut product = block.clone();
+        multiply_right(&mut product, &rows(&c, 0));
+        assert_close(&product, &(&x * &c));
+
+        let products = column_products(&basis[0], &block);
+        for j in 0..4 * Q {
+            assert!((products[j] - v.col(j).transpose() * x.col(j)).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn kernels_agree_with_naive_ones() {
+        agree_with_naive_ones::<1>();
+        agree_with_naive_ones::<2>();
+        agree_with_naive_ones::<4>();
+    }
+
+    #[test]
+    fn sparse_products_agree_with_dense_ones() {
+        let (n, x) = (30, random::normal(30, 8, 5));
+        let mut triplets = TriMat::new((n, n));
+        for (i, j) in (0..n).flat_map(|i| [(i, i), (i, 7 * i % n)]) {
+            triplets.add_triplet(i, j, (i + 2 * j) as f64);
+        }
+        let matrix: CsMat<f64> = triplets.to_csr();
+        let dense = Mat::from_fn(n, n, |i, j| matrix.get(i, j).copied().unwrap_or_default());
+        assert_close(&sparse_product::<2>(&matrix, &rows(&x, 0)), &(dense * x));
+    }
+}

@@ -178,3 +178,41 @@ fn subtract<L: Lanes, const Q: usize>(lanes: L, sum: [L::Four; Q], entry: f64, x
         |q| lanes.multiply_subtract(entry, x[q], sum[q]),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use faer::Mat;
+
+    use super::*;
+    use crate::numerics::random;
+
+    /// A factor of two supernodes, 7 columns above 2 of the 6 rows below, then those 6, against the dense solution.
+    #[test]
+    fn solutions_agree_with_dense_ones() {
+        let (widths, under) = ([7, 6], [vec![8, 11], vec![]]);
+        let n = widths[0] + widths[1];
+        let random = random::normal(n, n, 1);
+        let mut factor = Mat::<f64>::zeros(n, n);
+        let mut packed = [Vec::new(), Vec::new()];
+        for (s, first) in [0, widths[0]].into_iter().enumerate() {
+            let rows: Vec<usize> = (first..first + widths[s]).chain(under[s].iter().copied()).collect();
+            let mut columns = Vec::new();
+            for column in first..first + widths[s] {
+                for &row in &rows {
+                    let entry = random[(row, column)] + if row == column { 5.0 } else { 0.0 };
+                    columns.push(entry);
+                    factor[(row, column)] = if row < column { 0.0 } else { entry };
+                }
+            }
+            strips(&columns, widths[s], &mut packed[s]);
+        }
+        let x = random::normal(n, 8, 2);
+        let product = &factor * factor.transpose() * &x;
+        let mut rows: Vec<Row<2>> =
+            (0..n).map(|i| std::array::from_fn(|q| std::array::from_fn(|l| product[(i, 4 * q + l)]))).collect();
+        let node = |s: usize| Supernode { first: [0, 7][s], width: widths[s], rows: &under[s], values: &packed[s] };
+        solve((0..2).map(node), &mut rows);
+        let solved = Mat::from_fn(n, 8, |i, j| rows[i][j / 4][j % 4]);
+        assert!((solved - x).norm_max() < 1e-10);
+    }
+}
