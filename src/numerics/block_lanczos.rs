@@ -63,6 +63,9 @@ pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watc
     if k > n {
         return Err(EigenError::TooMany { wanted: k, unknowns: n });
     }
+    if k == 0 {
+        return Ok(Eigenpairs { values: Vec::new(), vectors: Mat::zeros(n, 0) });
+    }
     let problem = Problem::new(stiffness, mass);
     if n <= 200 || n < 3 * (k + GUARD + 8) {
         watch.proceed(0.0)?;

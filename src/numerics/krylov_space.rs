@@ -249,7 +249,8 @@ fn upper_cholesky(gram: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
             factor[(i, j)] = (gram[(i, j)] - sum) / factor[(i, i)];
         }
         let pivot = gram[(j, j)] - (0..j).map(|l| factor[(l, j)].powi(2)).sum::<f64>();
-        if !(pivot > DEPENDENT * gram[(j, j)]) {
+        let independent = pivot > DEPENDENT * gram[(j, j)];
+        if !independent {
             return None;
         }
         least = least.min(pivot / gram[(j, j)]);

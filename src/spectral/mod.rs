@@ -344,6 +344,19 @@ mod tests {
     }
 
     #[test]
+    fn sparse_and_dense_agree_on_the_repeated_eigenvalues_of_a_sphere() {
+        let mesh = sphere(15);
+        let (stiffness, mass) = (laplacian::stiffness(&mesh), laplacian::mass(&mesh, Lumping::Barycentric));
+        let dense = block_lanczos::smallest(&stiffness, &mass, 300, &Unwatched).unwrap();
+        for k in (17..=60).step_by(3) {
+            let sparse = block_lanczos::smallest(&stiffness, &mass, k, &Unwatched).unwrap();
+            for j in 1..k {
+                assert!((sparse.values[j] / dense.values[j] - 1.0).abs() < 1e-9, "λ_{j} of {k}");
+            }
+        }
+    }
+
+    #[test]
     fn scale_divides_eigenvalues_by_its_square() {
         let mesh = rectangle(1.7, 1.0, 24, 18);
         let positions = mesh.positions().iter().map(|p| p.map(|x| 1000.0 * x)).collect();
