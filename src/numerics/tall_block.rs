@@ -244,8 +244,8 @@ mod tests {
         assert_close(&product, &(&x * &c));
 
         let products = column_products(&basis[0], &block);
-        for j in 0..4 * Q {
-            assert!((products[j] - v.col(j).transpose() * x.col(j)).abs() < 1e-10);
+        for (j, product) in products.iter().enumerate() {
+            assert!((product - v.col(j).transpose() * x.col(j)).abs() < 1e-10);
         }
     }
 
