@@ -1,30 +1,33 @@
 //! The smallest eigenpairs of S φ = λ A φ, S sparse symmetric positive semidefinite, A diagonal positive.
 //!
-//! Shift-invert block Lanczos: the largest eigenpairs (θ, y) of D (S + σA)⁻¹ D with D = A^½ give λ = 1/θ − σ and
-//! φ = D⁻¹ y. A block of several vectors finds repeated eigenvalues, full re-orthogonalisation keeps them from
-//! appearing twice, and the inertia of S − μA proves that none below μ is missing [GLS94].
+//! With D = A^½ they are those of H = D⁻¹ S D⁻¹, φ = D⁻¹ y. Shift-invert block Lanczos: the largest eigenpairs (θ, y) of
+//! (H + σI)⁻¹ give λ = 1/θ − σ. A block of several vectors finds repeated eigenvalues, re-orthogonalisation keeps them
+//! from appearing twice, and the inertia of H − μI proves that none below μ is missing [GLS94].
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use faer::{Mat, Side};
 use sprs::CsMat;
 
-use super::cholesky::{FactorisationError, SparseCholesky, negative_eigenvalues};
+use super::cholesky::{Analysis, FactorisationError, SparseCholesky, negative_eigenvalues};
+use super::krylov_space::{Block, KrylovSpace, RitzPairs};
+use super::tall_block::{Row, column_products, sparse_product};
 use super::{Cancelled, Watch};
 
-/// Distance of the shift below the spectrum, in units of the eigenvalues: the problem is expected to be scaled so that
-/// its first positive eigenvalues are of the order of 1 to 100 (unit area).
-const SHIFT: f64 = 0.1;
-/// Block sizes of the attempts: a wider block where the inertia shows that a pair is missing.
-const BLOCKS: [usize; 3] = [4, 8, 16];
+/// The shift σ below the spectrum, for each pair sought. The problem is expected to be scaled to unit area, where λ_k is
+/// about 4π k (Weyl): σ costs little convergence near λ_k and keeps θ_1 / θ_k, and so the growth of rounding, small.
+const SHIFT: f64 = 1.0;
+/// Up to so many pairs are sought by blocks of 4, which need fewer vectors; more by blocks of 8, which pass over the
+/// factor less often.
+const NARROW: usize = 32;
 const SEED: u64 = 0x5ee_d1a9;
 /// Pairs sought beyond the k that are wanted, to find a gap in the spectrum for the inertia count.
 const GUARD: usize = 4;
-/// Residual, relative to θ, at which a wanted pair has converged; one further inverse iteration follows.
-const TOLERANCE: f64 = 1e-10;
-/// The same for a guarding pair.
+/// Residual, relative to θ, at which a wanted pair has converged: by the inverse iteration that the coefficients of a
+/// Ritz vector hold, that of H relative to λ + σ.
+const TOLERANCE: f64 = 4e-9;
+/// The same for a guarding pair where the spectrum has no clear gap.
 const GUARD_TOLERANCE: f64 = 1e-6;
+/// Residual of a pair of H, relative to λ or to 1, above which it goes through an inverse iteration more.
+const SHARP: f64 = 6e-9;
 /// Relative distance of two eigenvalues that the inertia count can tell apart.
 const GAP: f64 = 1e-7;
 
@@ -60,286 +63,228 @@ pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watc
     if k > n {
         return Err(EigenError::TooMany { wanted: k, unknowns: n });
     }
-    if n <= 400 || n < 3 * (k + GUARD + BLOCKS[0]) {
+    if k == 0 {
+        return Ok(Eigenpairs { values: Vec::new(), vectors: Mat::zeros(n, 0) });
+    }
+    let problem = Problem::new(stiffness, mass);
+    if n <= 200 || n < 3 * (k + GUARD + 8) {
         watch.proceed(0.0)?;
-        return dense(stiffness, mass, k);
+        return problem.dense(k);
     }
-    let operator = ShiftInvert::new(stiffness, mass)?;
-    for (attempt, block) in BLOCKS.into_iter().enumerate() {
-        let Some(ritz) = converged_pairs(&operator, k, block, attempt as u64, watch)? else { continue };
-        watch.proceed(0.95)?;
-        if complete(stiffness, mass, k, &ritz.values)? {
-            return rayleigh_ritz(&operator, stiffness, ritz.vectors, k);
-        }
+    let analysis = Analysis::new(&problem.matrix)?;
+    // A wider block, from another start, where the inertia shows that a pair is missing.
+    let narrow = if k <= NARROW { problem.by_blocks::<1>(&analysis, k, watch)? } else { None };
+    if let Some(pairs) = narrow {
+        return Ok(pairs);
     }
-    Err(EigenError::NotConverged)
+    if let Some(pairs) = problem.by_blocks::<2>(&analysis, k, watch)? {
+        return Ok(pairs);
+    }
+    problem.by_blocks::<4>(&analysis, k, watch)?.ok_or(EigenError::NotConverged)
 }
 
-/// All n eigenpairs of D⁻¹ S D⁻¹, of which the first k are kept.
-fn dense(stiffness: &CsMat<f64>, mass: &[f64], k: usize) -> Result<Eigenpairs, EigenError> {
-    let n = mass.len();
-    let mut symmetric = Mat::<f64>::zeros(n, n);
-    for (value, (i, j)) in stiffness.iter() {
-        symmetric[(i, j)] = value / (mass[i] * mass[j]).sqrt();
-    }
-    let eigen = symmetric.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotConverged)?;
-    let vectors = Mat::from_fn(n, k, |i, j| eigen.U()[(i, j)] / mass[i].sqrt());
-    Ok(Eigenpairs { values: eigen.S().column_vector().iter().take(k).copied().collect(), vectors })
-}
-
-/// D (S + σA)⁻¹ D.
-struct ShiftInvert {
-    factor: SparseCholesky,
+/// H and what leads from its eigenvectors to those of S.
+struct Problem {
+    /// H.
+    matrix: CsMat<f64>,
     /// Diagonal of D.
     root_mass: Vec<f64>,
 }
 
-impl ShiftInvert {
-    fn new(stiffness: &CsMat<f64>, mass: &[f64]) -> Result<ShiftInvert, EigenError> {
-        let factor = SparseCholesky::new(&shifted(stiffness, mass, SHIFT))?;
-        Ok(ShiftInvert { factor, root_mass: mass.iter().map(|a| a.sqrt()).collect() })
+impl Problem {
+    fn new(stiffness: &CsMat<f64>, mass: &[f64]) -> Problem {
+        let root_mass: Vec<f64> = mass.iter().map(|a| a.sqrt()).collect();
+        let mut matrix = stiffness.clone();
+        for (i, mut row) in matrix.outer_iterator_mut().enumerate() {
+            row.iter_mut().for_each(|(j, value)| *value /= root_mass[i] * root_mass[j]);
+        }
+        Problem { matrix, root_mass }
     }
 
-    fn apply(&self, block: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
-        let mut x = Mat::from_fn(block.nrows(), block.ncols(), |i, j| self.root_mass[i] * block[(i, j)]);
-        self.factor.solve(x.as_mut())?;
-        for j in 0..x.ncols() {
-            for (value, d) in x.col_as_slice_mut(j).iter_mut().zip(&self.root_mass) {
-                *value *= d;
+    /// All n eigenpairs, of which the first k are kept.
+    fn dense(&self, k: usize) -> Result<Eigenpairs, EigenError> {
+        let n = self.root_mass.len();
+        let mut matrix = Mat::<f64>::zeros(n, n);
+        for (value, (i, j)) in self.matrix.iter() {
+            matrix[(i, j)] = *value;
+        }
+        let eigen = matrix.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotConverged)?;
+        let vectors = Mat::from_fn(n, k, |i, j| eigen.U()[(i, j)] / self.root_mass[i]);
+        Ok(Eigenpairs { values: eigen.S().column_vector().iter().take(k).copied().collect(), vectors })
+    }
+
+    /// By blocks of 4 Q vectors; none where the space has grown past its bound or a pair is missing.
+    fn by_blocks<const Q: usize>(
+        &self,
+        analysis: &Analysis,
+        k: usize,
+        watch: &dyn Watch,
+    ) -> Result<Option<Eigenpairs>, EigenError> {
+        let shift = SHIFT * k as f64;
+        let factor = SparseCholesky::analysed(analysis.clone(), &plus_identity(&self.matrix, shift))?;
+        let inverse = |x: &[Row<Q>]| {
+            let mut x = x.to_vec();
+            factor.solve_rows(&mut x);
+            x
+        };
+        let Some((space, ritz)) = converged(self.root_mass.len(), inverse, k, watch)? else { return Ok(None) };
+        let mut pairs = Eigenpairs { values: Vec::new(), vectors: Mat::zeros(self.root_mass.len(), k) };
+        for y in space.combinations(ritz.coefficients.subcols(0, k)) {
+            watch.proceed(0.9)?;
+            self.append(&mut pairs, y, inverse, analysis.order());
+        }
+        drop(space);
+        watch.proceed(0.95)?;
+        let values: Vec<f64> = ritz.values.iter().map(|theta| 1.0 / theta - shift).collect();
+        let count = gap_beside(k, &values, separation(k, &ritz));
+        let between = count.map(|p| 0.5 * (values[p - 1] + values[p]));
+        let below = between.map(|mu| negative_eigenvalues(factor, &plus_identity(&self.matrix, -mu))).transpose()?;
+        Ok((below == count).then_some(pairs))
+    }
+
+    /// Appends the eigenpairs of a block of Ritz vectors y (rows in the order of the factor), Rayleigh quotients for
+    /// values, after another inverse iteration or two where the residuals are not small yet.
+    fn append<const Q: usize>(
+        &self,
+        pairs: &mut Eigenpairs,
+        mut y: Block<Q>,
+        inverse: impl Fn(&[Row<Q>]) -> Block<Q>,
+        order: &[usize],
+    ) {
+        let done = pairs.values.len();
+        let count = (4 * Q).min(pairs.vectors.ncols() - done);
+        let mut quotients = self.rayleigh_quotients(&y, order);
+        for _ in 0..2 {
+            if (0..count).all(|j| quotients.residuals[j] <= SHARP * quotients.values[j].max(1.0)) {
+                break;
+            }
+            y = inverse(&y);
+            quotients = self.rayleigh_quotients(&y, order);
+        }
+        for j in 0..count {
+            let target = pairs.vectors.col_as_slice_mut(done + j);
+            for ((target, y), d) in target.iter_mut().zip(&quotients.vectors).zip(&self.root_mass) {
+                *target = y[j / 4][j % 4] / (d * quotients.lengths[j]);
             }
         }
-        Ok(x)
+        pairs.values.extend(&quotients.values[..count]);
+    }
+
+    fn rayleigh_quotients<const Q: usize>(&self, y: &[Row<Q>], order: &[usize]) -> RayleighQuotients<Q> {
+        let mut vectors = vec![[[0.0; 4]; Q]; y.len()];
+        for (&v, row) in order.iter().zip(y) {
+            vectors[v] = *row;
+        }
+        let mut images = sparse_product(&self.matrix, &vectors);
+        let squares = column_products(&vectors, &vectors);
+        let energies = column_products(&vectors, &images);
+        let values: Vec<f64> = energies.iter().zip(&squares).map(|(energy, square)| energy / square).collect();
+        for (image, y) in images.iter_mut().zip(&vectors) {
+            let (image, y) = (image.as_flattened_mut(), y.as_flattened());
+            for j in 0..4 * Q {
+                image[j] -= values[j] * y[j];
+            }
+        }
+        let squared_residuals = column_products(&images, &images);
+        RayleighQuotients {
+            residuals: squared_residuals
+                .iter()
+                .zip(&squares)
+                .map(|(residual, square)| (residual / square).sqrt())
+                .collect(),
+            lengths: squares.iter().map(|square| square.sqrt()).collect(),
+            values,
+            vectors,
+        }
     }
 }
 
-/// S + shift · A.
-fn shifted(stiffness: &CsMat<f64>, mass: &[f64], shift: f64) -> CsMat<f64> {
-    let mut matrix = stiffness.clone();
+/// λ = yᵀ H y / yᵀ y for the columns of a block, whose rows are in the order of H.
+struct RayleighQuotients<const Q: usize> {
+    values: Vec<f64>,
+    /// ‖H y − λ y‖ / ‖y‖.
+    residuals: Vec<f64>,
+    /// ‖y‖.
+    lengths: Vec<f64>,
+    vectors: Block<Q>,
+}
+
+/// H + shift · I.
+fn plus_identity(matrix: &CsMat<f64>, shift: f64) -> CsMat<f64> {
+    let mut matrix = matrix.clone();
     for (i, mut row) in matrix.outer_iterator_mut().enumerate() {
         if let Some(diagonal) = row.get_mut(i) {
-            *diagonal += shift * mass[i];
+            *diagonal += shift;
         }
     }
     matrix
 }
 
-/// Ritz values λ, ascending, and orthonormal Ritz vectors y of the k wanted and the guarding pairs.
-struct RitzPairs {
-    values: Vec<f64>,
-    vectors: Mat<f64>,
-}
-
-/// The pairs once all have converged; none where the space has grown past its bound.
-fn converged_pairs(
-    operator: &ShiftInvert,
+/// The space once the k wanted pairs have converged in it, and they and the guarding ones; none where it has grown past
+/// its bound. Takes (H + σI)⁻¹, n × n.
+fn converged<const Q: usize>(
+    n: usize,
+    inverse: impl Fn(&[Row<Q>]) -> Block<Q>,
     k: usize,
-    block: usize,
-    attempt: u64,
     watch: &dyn Watch,
-) -> Result<Option<RitzPairs>, EigenError> {
-    let n = operator.root_mass.len();
-    let wanted = (k + GUARD).min(n);
-    let most = n.min(6 * wanted + 200);
-    let mut space = KrylovSpace::new(n, block, SEED + attempt);
-    let mut next_check = (wanted + wanted / 2).max(24).min(most);
+) -> Result<Option<(KrylovSpace<Q>, RitzPairs)>, EigenError> {
+    let wanted = k + GUARD;
+    // The basis is a block ahead of the dimension and must have room for another.
+    let last_check = n.min(6 * wanted + 200).saturating_sub(8 * Q);
+    let mut space = KrylovSpace::new(n, SEED + Q as u64);
+    // As many vectors as are seen to be needed, or a little fewer.
+    let mut schedule = Schedule { next: (5 * wanted / 2 + 36 * Q).min(last_check), last: None };
     loop {
-        space.expand(operator)?;
-        watch.proceed(space.progress(wanted))?;
-        if space.applied < next_check {
+        space.expand(&inverse);
+        watch.proceed((space.dimension() as f64 / (4.0 * wanted as f64)).min(0.9))?;
+        if space.dimension() < schedule.next {
             continue;
         }
-        watch.proceed(space.progress(wanted))?;
-        if let Some(pairs) = space.ritz_pairs(k, wanted)? {
-            return Ok(Some(pairs));
+        let ritz = space.ritz_pairs(wanted).map_err(|_| EigenError::NotConverged)?;
+        let within = |i: usize, tolerance: f64| ritz.residuals[i] <= tolerance * ritz.values[i];
+        let guarded = separation(k, &ritz).is_some() || (k..wanted).all(|i| within(i, GUARD_TOLERANCE));
+        if guarded && (0..k).all(|i| within(i, TOLERANCE)) {
+            return Ok(Some((space, ritz)));
         }
-        if space.applied + block > most {
+        if space.dimension() >= last_check {
             return Ok(None);
         }
-        next_check = (space.applied + space.applied / 10).min(most - block);
+        let worst = (0..k).map(|i| ritz.residuals[i] / ritz.values[i]).fold(0.0, f64::max);
+        schedule.put_off(space.dimension(), worst);
+        schedule.next = schedule.next.min(last_check);
     }
 }
 
-/// An orthonormal basis V of the block Krylov space and the operator projected to it.
-struct KrylovSpace {
-    rows: usize,
-    block: usize,
-    /// V by columns: those the operator has been applied to, then one block more.
-    basis: Vec<f64>,
-    applied: usize,
-    /// Vᵀ Op V by columns of growing length: column j holds the rows up to its own block's last.
-    projected: Vec<Vec<f64>>,
-    /// b × b: what the last application left outside the space, in terms of the last block.
-    coupling: Mat<f64>,
-    random: ChaCha8Rng,
+/// When the Ritz pairs are looked at: residuals fall geometrically, which tells when they will be small enough.
+struct Schedule {
+    next: usize,
+    /// Dimension and logarithm of the worst residual at the last look.
+    last: Option<(usize, f64)>,
 }
 
-impl KrylovSpace {
-    fn new(rows: usize, block: usize, seed: u64) -> KrylovSpace {
-        let mut space = KrylovSpace {
-            rows,
-            block,
-            basis: Vec::new(),
-            applied: 0,
-            projected: Vec::new(),
-            coupling: Mat::zeros(block, block),
-            random: ChaCha8Rng::seed_from_u64(seed),
-        };
-        space.append(Mat::zeros(rows, block));
-        space
-    }
-
-    /// A guess: about 2.5 vectors are needed for a pair.
-    fn progress(&self, wanted: usize) -> f64 {
-        (self.applied as f64 / (2.5 * wanted as f64)).min(0.95)
-    }
-
-    fn width(&self) -> usize {
-        self.basis.len() / self.rows
-    }
-
-    fn basis(&self, columns: std::ops::Range<usize>) -> MatRef<'_, f64> {
-        let slice = &self.basis[columns.start * self.rows..columns.end * self.rows];
-        MatRef::from_column_major_slice(slice, self.rows, columns.len())
-    }
-
-    /// Applies the operator to the last block and appends what is orthogonal to the space.
-    fn expand(&mut self, operator: &ShiftInvert) -> Result<(), EigenError> {
-        let width = self.width();
-        let mut image = operator.apply(self.basis(self.applied..width))?;
-        let coefficients = self.orthogonalise(0, image.as_mut());
-        for j in 0..self.block {
-            self.projected.push(coefficients.col_as_slice(j).to_vec());
-        }
-        self.applied = width;
-        self.append(image);
-        Ok(())
-    }
-
-    /// Takes U Uᵀ X from the block X, U the basis vectors from `first` on, twice for safety, and returns Uᵀ X.
-    fn orthogonalise(&self, first: usize, mut block: MatMut<'_, f64>) -> Mat<f64> {
-        let basis = self.basis(first..self.width());
-        let mut total = Mat::zeros(basis.ncols(), block.ncols());
-        for _ in 0..2 {
-            let mut coefficients = Mat::zeros(basis.ncols(), block.ncols());
-            matmul(coefficients.as_mut(), Accum::Replace, basis.transpose(), block.as_ref(), 1.0, Par::Seq);
-            matmul(block.as_mut(), Accum::Add, basis, coefficients.as_ref(), -1.0, Par::Seq);
-            total += coefficients;
-        }
-        total
-    }
-
-    /// Orthonormalises the columns of a block that is orthogonal to the space and appends them; the coupling keeps the
-    /// triangular factor. A column that vanishes is replaced by a random one.
-    fn append(&mut self, block: Mat<f64>) {
-        let first = self.width();
-        self.coupling = Mat::zeros(self.block, self.block);
-        for j in 0..self.block {
-            let mut column = block.subcols(j, 1).to_owned();
-            let before = norm(column.col_as_slice(0));
-            let coefficients = self.orthogonalise(first, column.as_mut());
-            for i in 0..j {
-                self.coupling[(i, j)] = coefficients[(i, 0)];
-            }
-            let mut length = norm(column.col_as_slice(0));
-            if length > 1e-12 * before {
-                self.coupling[(j, j)] = length;
-            } else {
-                column = Mat::from_fn(self.rows, 1, |_, _| self.random.random_range(-1.0..1.0));
-            }
-            if length < 1e-2 * before || self.coupling[(j, j)] == 0.0 {
-                // Little of the column was left, and the rest of the space may show through.
-                self.orthogonalise(0, column.as_mut());
-                length = norm(column.col_as_slice(0));
-            }
-            self.basis.extend(column.col_as_slice(0).iter().map(|x| x / length));
-        }
-    }
-
-    /// The first `wanted` pairs, where the first k and the guarding ones have converged.
-    fn ritz_pairs(&self, k: usize, wanted: usize) -> Result<Option<RitzPairs>, EigenError> {
-        let m = self.applied;
-        if wanted > m {
-            return Ok(None);
-        }
-        let projected = Mat::from_fn(m, m, |i, j| self.projected[i.max(j)].get(i.min(j)).copied().unwrap_or_default());
-        let eigen = projected.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotConverged)?;
-        let (theta, vectors) = (eigen.S().column_vector(), eigen.U());
-        for i in 0..wanted {
-            let column = m - 1 - i;
-            let last = vectors.subrows(m - self.block, self.block).col(column);
-            let residual = (&self.coupling * last).norm_l2();
-            let tolerance = if i < k { TOLERANCE } else { GUARD_TOLERANCE };
-            if residual > tolerance * theta[column] {
-                return Ok(None);
-            }
-        }
-        let coefficients = Mat::from_fn(m, wanted, |i, j| vectors[(i, m - 1 - j)]);
-        let mut ritz = Mat::zeros(self.rows, wanted);
-        matmul(ritz.as_mut(), Accum::Replace, self.basis(0..m), coefficients.as_ref(), 1.0, Par::Seq);
-        let values = (0..wanted).map(|i| 1.0 / theta[m - 1 - i] - SHIFT).collect();
-        Ok(Some(RitzPairs { values, vectors: ritz }))
+impl Schedule {
+    fn put_off(&mut self, dimension: usize, worst: f64) {
+        let present = worst.max(f64::MIN_POSITIVE).ln();
+        let patience = dimension as f64 / 20.0;
+        let needed = self.last.map_or(patience, |(before, last)| {
+            (present - TOLERANCE.ln()) * (dimension - before) as f64 / (last - present).max(0.0)
+        });
+        self.last = Some((dimension, present));
+        self.next = dimension + needed.clamp(0.0, patience) as usize;
     }
 }
 
-/// Whether all eigenvalues below a gap of the spectrum at the k-th have been found.
-fn complete(stiffness: &CsMat<f64>, mass: &[f64], k: usize, values: &[f64]) -> Result<bool, EigenError> {
-    let gap = |p: usize| values[p] - values[p - 1] > GAP * values[p].abs().max(1.0);
-    // The first gap above the k-th value; where a cluster goes on past the guard, the last below it.
-    let Some(count) = (k..values.len()).chain((1..k).rev()).find(|&p| gap(p)) else { return Ok(true) };
-    let between = 0.5 * (values[count - 1] + values[count]);
-    Ok(negative_eigenvalues(&shifted(stiffness, mass, -between))? == count)
+/// The least p ≥ k such that the error bars of the first p values and of the next do not touch.
+fn separation(k: usize, ritz: &RitzPairs) -> Option<usize> {
+    (k..ritz.values.len()).find(|&p| {
+        let bar = ritz.residuals[..=p].iter().copied().fold(0.0, f64::max);
+        ritz.values[p - 1] - ritz.values[p] > 4.0 * bar
+    })
 }
 
-/// One inverse iteration and the Rayleigh–Ritz projection of S itself: what the shift has blurred becomes sharp.
-fn rayleigh_ritz(
-    operator: &ShiftInvert,
-    stiffness: &CsMat<f64>,
-    ritz: Mat<f64>,
-    k: usize,
-) -> Result<Eigenpairs, EigenError> {
-    let mut vectors = operator.apply(ritz.as_ref())?;
-    for j in 0..vectors.ncols() {
-        let column = vectors.col_as_slice_mut(j);
-        let length = norm(column);
-        for (value, d) in column.iter_mut().zip(&operator.root_mass) {
-            *value /= length * d;
-        }
-    }
-    let images = product(stiffness, vectors.as_ref());
-    let weighted =
-        Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| operator.root_mass[i].powi(2) * vectors[(i, j)]);
-    let gram = vectors.transpose() * &weighted;
-    let energy = vectors.transpose() * &images;
-    // L⁻¹ E L⁻ᵀ with gram = L Lᵀ.
-    let cholesky = gram.llt(Side::Lower).map_err(|_| EigenError::NotConverged)?;
-    let mut half = energy;
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(cholesky.L(), half.as_mut(), Par::Seq);
-    let mut reduced = half.transpose().to_owned();
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(cholesky.L(), reduced.as_mut(), Par::Seq);
-    let eigen = reduced.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotConverged)?;
-    let mut coefficients = eigen.U().subcols(0, k).to_owned();
-    faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-        cholesky.L().transpose(),
-        coefficients.as_mut(),
-        Par::Seq,
-    );
-    let mut sharp = Mat::zeros(vectors.nrows(), k);
-    matmul(sharp.as_mut(), Accum::Replace, vectors.as_ref(), coefficients.as_ref(), 1.0, Par::Seq);
-    Ok(Eigenpairs { values: eigen.S().column_vector().iter().take(k).copied().collect(), vectors: sharp })
-}
-
-/// S X for a sparse symmetric S and a dense n × b block X.
-fn product(matrix: &CsMat<f64>, block: MatRef<'_, f64>) -> Mat<f64> {
-    let mut result = Mat::zeros(block.nrows(), block.ncols());
-    for j in 0..block.ncols() {
-        let x = block.col(j);
-        for (i, row) in matrix.outer_iterator().enumerate() {
-            result[(i, j)] = row.iter().map(|(column, value)| value * x[column]).sum();
-        }
-    }
-    result
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+/// A p such that the first p values end at a gap: the first from the k-th on; where a cluster goes on past the guard, the
+/// last below.
+fn gap_beside(k: usize, values: &[f64], separation: Option<usize>) -> Option<usize> {
+    let gap = |&p: &usize| values[p] - values[p - 1] > GAP * values[p].abs().max(1.0);
+    separation.into_iter().chain(k..values.len()).chain((1..k).rev()).find(gap)
 }

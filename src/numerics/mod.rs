@@ -13,6 +13,11 @@ pub mod nelder_mead;
 pub mod proximal_gradient;
 pub mod proximal_operators;
 
+mod krylov_space;
+mod lanes;
+mod tall_block;
+mod triangular_solve;
+
 mod decomposition_error;
 mod frobenius;
 mod report;

@@ -1,6 +1,6 @@
 //! The Laplace–Beltrami operator of a triangle mesh: cotangent stiffness and lumped mass.
 
-use sprs::{CsMat, TriMat};
+use sprs::CsMat;
 
 use crate::mesh::{TriangleMesh, cross, dot, length, subtract};
 
@@ -19,23 +19,42 @@ pub enum Lumping {
 /// A vertex of no triangle has an empty row but for a zero on the diagonal.
 pub fn stiffness(mesh: &TriangleMesh) -> CsMat<f64> {
     let n = mesh.positions().len();
-    let mut entries = TriMat::with_capacity((n, n), 12 * mesh.triangles().len() + n);
-    for i in 0..n {
-        entries.add_triplet(i, i, 0.0);
+    // Where the entries of each row begin: two in every triangle beside the diagonal.
+    let mut ends = vec![0; n + 1];
+    mesh.triangles().as_flattened().iter().for_each(|&v| ends[v as usize + 1] += 2);
+    for v in 0..n {
+        ends[v + 1] += ends[v];
     }
+    let mut filled = ends.clone();
+    let mut entries = vec![(0, 0.0); ends[n]];
+    let mut diagonal = vec![0.0; n];
     for triangle in mesh.triangles() {
         let cotangents = cotangents(mesh, *triangle);
         for corner in 0..3 {
             // The angle at `corner` is opposite the edge ij.
-            let (i, j) = (triangle[(corner + 1) % 3] as usize, triangle[(corner + 2) % 3] as usize);
+            let edge = [triangle[(corner + 1) % 3] as usize, triangle[(corner + 2) % 3] as usize];
             let weight = 0.5 * cotangents[corner];
-            entries.add_triplet(i, j, -weight);
-            entries.add_triplet(j, i, -weight);
-            entries.add_triplet(i, i, weight);
-            entries.add_triplet(j, j, weight);
+            for [i, j] in [edge, [edge[1], edge[0]]] {
+                entries[filled[i]] = (j, -weight);
+                filled[i] += 1;
+                diagonal[i] += weight;
+            }
         }
     }
-    entries.to_csr()
+    let (mut indptr, mut indices, mut data) = (vec![0], Vec::new(), Vec::new());
+    let mut row = Vec::new();
+    for i in 0..n {
+        row.clear();
+        row.extend_from_slice(&entries[ends[i]..ends[i + 1]]);
+        row.push((i, diagonal[i]));
+        row.sort_by_key(|&(column, _)| column);
+        for same in row.chunk_by(|a, b| a.0 == b.0) {
+            indices.push(same[0].0);
+            data.push(same.iter().map(|&(_, value)| value).sum());
+        }
+        indptr.push(indices.len());
+    }
+    CsMat::new((n, n), indptr, indices, data)
 }
 
 /// The diagonal of the mass A: n areas that sum to the mesh's, each positive where the vertex has a triangle (eq. 2.9
