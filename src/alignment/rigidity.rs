@@ -45,13 +45,13 @@ pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, Fact
     let solve = |right: &dyn Fn(usize, usize) -> f64| {
         let mut block = Mat::from_fn(n, 2, right);
         factor.solve(block.as_mut());
-        Ok::<_, FactorisationError>((0..n).map(|v| [block[(v, 0)], block[(v, 1)]]).collect::<Vec<[f64; 2]>>())
+        (0..n).map(|v| [block[(v, 0)], block[(v, 1)]]).collect::<Vec<[f64; 2]>>()
     };
 
     let similarity = Similarity::fitted(shape, pulls);
     let rest: Vec<[f64; 2]> = shape.positions.iter().map(|p| p.map(|x| x * similarity.scale)).collect();
     let placed: Vec<[f64; 2]> = shape.positions.iter().map(|&p| similarity.apply(p)).collect();
-    let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis])?;
+    let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis]);
     let mut now: Vec<[f64; 2]> = placed.iter().zip(&correction).map(|(p, c)| [p[0] + c[0], p[1] + c[1]]).collect();
     for _ in 0..ROUNDS {
         let turns = rotations(shape, &rest, &now);
@@ -66,7 +66,7 @@ pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, Fact
                 right[j][axis] -= force[axis];
             }
         }
-        now = solve(&|v, axis| right[v][axis])?;
+        now = solve(&|v, axis| right[v][axis]);
     }
     Ok(now)
 }

@@ -2,7 +2,6 @@
 
 use super::colour::Colour;
 use super::figure::Figure;
-use crate::alignment::visible::barycentric;
 
 /// Samples along each side of a pixel.
 pub const SAMPLES: usize = 2;
@@ -139,4 +138,14 @@ fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let squared = along[0] * along[0] + along[1] * along[1];
     let share = if squared > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
     (to[0] - share * along[0]).hypot(to[1] - share * along[1])
+}
+
+/// The weights of the corners at a point, nothing where the triangle is seen edge-on.
+fn barycentric([a, b, c]: [[f64; 2]; 3], [x, y]: [f64; 2]) -> Option<[f64; 3]> {
+    let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+    if doubled == 0.0 {
+        return None;
+    }
+    let part = |p: [f64; 2], q: [f64; 2]| ((p[0] - x) * (q[1] - y) - (q[0] - x) * (p[1] - y)) / doubled;
+    Some([part(b, c), part(c, a), part(a, b)])
 }
