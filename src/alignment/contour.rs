@@ -165,6 +165,20 @@ mod tests {
     }
 
     #[test]
+    fn thickness_is_the_radius_of_the_largest_disc_inside() {
+        // A bar of 8 × 1: half its width, but near the corners, in units of the root of its area.
+        let bar = Contour::of(&[[0.0, 0.0], [8.0, 0.0], [8.0, 1.0], [0.0, 1.0]], &[[0, 1, 2], [0, 2, 3]]);
+        let along = bar.curve.iter().zip(&bar.thickness).filter(|(p, _)| (1.0..7.0).contains(&p[0]));
+        for (p, thickness) in along {
+            assert!((f64::from(thickness.exp()) - 0.5 / 8f64.sqrt()).abs() < 0.02, "{p:?} {}", thickness.exp());
+        }
+        let (points, triangles) = star();
+        let figure = Contour::of(&points, &triangles);
+        let larger: Vec<[f64; 2]> = points.iter().map(|p| p.map(|x| 4.0 * x)).collect();
+        assert_eq!(Contour::of(&larger, &triangles).thickness, figure.thickness);
+    }
+
+    #[test]
     fn figures_without_extent_have_a_contour() {
         let needle = Contour::of(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], &[[0, 1, 2]]);
         for contour in [Contour::of(&[], &[]), Contour::of(&[[5.0, 6.0]; 3], &[[0, 1, 2]]), needle] {

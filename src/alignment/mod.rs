@@ -43,6 +43,9 @@ use crate::mesh::dot;
 use crate::numerics::cholesky::FactorisationError;
 use crate::numerics::{Cancelled, Watch};
 
+/// Views that cost at most so much more than the best, and at most so many, are told apart by their poses.
+const UNDECIDED: f64 = 0.03;
+const POSED: usize = 3;
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
 /// Another view is plausible where it costs less than this much more.
@@ -126,11 +129,9 @@ pub fn aligned(
         .map(|candidate| Attempt::on(shape, mesh, candidate, landmarks))
         .collect::<Result<Vec<Attempt>, _>>()?;
     attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
-    let mut attempts = attempts.into_iter();
-    let best = attempts.next().expect("every mesh has a view along the normal of its plane of symmetry");
-    let best = best.in_pose(shape, mesh, landmarks, watch)?;
+    let best = best_in_pose(&mut attempts, shape, mesh, landmarks, watch)?;
     let best = if landmarks.is_empty() { best } else { best.mended(shape, mesh, landmarks)? };
-    let second = attempts.find(|other| {
+    let second = attempts.into_iter().find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE
     });
@@ -148,7 +149,7 @@ pub fn aligned(
     } else {
         None
     };
-    let confidence = trust::trust(shape, &best.laying.positions, &best.distortion, best.laying.cost);
+    let confidence = trust::trust(shape, mesh, &best.laying, &best.map, &best.distortion);
     let way = match (&believed, best.swing() > 0.0) {
         (Some(_), _) => Way::Distances,
         (None, true) => Way::Pose,
@@ -168,4 +169,22 @@ pub fn aligned(
         score,
         alternatives: [twin].into_iter().chain(second).collect(),
     })
+}
+
+/// Takes the best out of the attempts, which are sorted, once those that are nearly as good have found their poses.
+fn best_in_pose(
+    attempts: &mut Vec<Attempt>,
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    landmarks: &Landmarks,
+    watch: &dyn Watch,
+) -> Result<Attempt, AlignmentError> {
+    let most = attempts.first().map_or(f64::INFINITY, |best| best.score() + UNDECIDED);
+    let undecided = attempts.iter().take(POSED).take_while(|attempt| attempt.score() <= most).count();
+    let posed = attempts.drain(..undecided).map(|attempt| attempt.in_pose(shape, mesh, landmarks, watch));
+    let mut posed = posed.collect::<Result<Vec<Attempt>, _>>()?;
+    posed.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    attempts.splice(..0, posed);
+    // Every mesh has a view along the normal of its plane of symmetry, so that there is an attempt.
+    Ok(attempts.remove(0))
 }

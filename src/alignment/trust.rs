@@ -2,27 +2,53 @@
 
 use super::energy::Distortion;
 use super::flat_shape::FlatShape;
+use super::laying::Laying;
+use super::prepared::PreparedMesh;
 
 /// A logistic regression on standardised logarithms, fitted to the errors of silhouettes of animals and persons laid on
-/// meshes of others and of themselves: of the distortion of the nearest sample, the local stretch of the deformation
-/// and the cost of the outlines.
-const MEANS: [f64; 3] = [-3.268, -2.239, -2.762];
-const DEVIATIONS: [f64; 3] = [0.551, 0.981, 0.598];
-const WEIGHTS: [f64; 3] = [0.56, 0.38, 0.55];
-const BIAS: f64 = -2.669;
+/// meshes of others and of themselves, turned and mirrored: of the distortion of the nearest sample, the local stretch of
+/// the deformation, the cost of the outlines and the local tear of the point map.
+const MEANS: [f64; 4] = [-3.329, -2.159, -2.567, -4.148];
+const DEVIATIONS: [f64; 4] = [0.576, 0.984, 0.502, 0.715];
+const WEIGHTS: [f64; 4] = [0.242, 1.099, 1.125, 0.260];
+const BIAS: f64 = -2.673;
 /// Logarithms are taken of no less.
 const LEAST: f64 = 1e-3;
 
-/// For every vertex of the sketch the estimated chance that its answer is less than 0.1 √area from the truth, where
-/// `flat` (m × 2) are the places the sketch was laid on and `contour` is what the outlines cost.
-pub fn trust(shape: &FlatShape, flat: &[[f64; 2]], distortion: &Distortion, contour: f64) -> Vec<f64> {
-    let stretches = stretches(shape, flat);
+/// For every vertex of the sketch the estimated chance that its answer in `map` is less than 0.1 √area from the truth,
+/// where `laying` is how the sketch was laid on the view.
+pub fn trust(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    laying: &Laying,
+    map: &[u32],
+    distortion: &Distortion,
+) -> Vec<f64> {
+    let stretches = stretches(shape, &laying.positions);
+    let tears = tears(shape, mesh, map, distortion.scale);
     let chance = |v: usize| {
-        let features = [distortion.of_samples[nearest_sample(shape, v)], stretches[v], contour];
-        let score: f64 = (0..3).map(|i| (features[i].max(LEAST).ln() - MEANS[i]) / DEVIATIONS[i] * WEIGHTS[i]).sum();
+        let features = [distortion.of_samples[nearest_sample(shape, v)], stretches[v], laying.cost, tears[v]];
+        let term = |i: usize| (features[i].max(LEAST).ln() - MEANS[i]) / DEVIATIONS[i] * WEIGHTS[i];
+        let score: f64 = (0..features.len()).map(term).sum();
         1.0 / (1.0 + (score + BIAS).exp())
     };
     (0..shape.positions.len()).map(chance).collect()
+}
+
+/// For every vertex the mean over its edges of how much longer or shorter they are on the mesh, in units of the sketch:
+/// large where neighbours lie on different limbs or on different sides of the body.
+fn tears(shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> Vec<f64> {
+    let (mut sum, mut count) = (vec![0.0; map.len()], vec![0.0; map.len()]);
+    for &(i, j, _) in &shape.edges {
+        let (i, j) = (i as usize, j as usize);
+        let (p, q) = (shape.positions[i], shape.positions[j]);
+        let tear = (mesh.distances.between(map[i], map[j]) / scale - (p[0] - q[0]).hypot(p[1] - q[1])).abs();
+        for v in [i, j] {
+            sum[v] += tear;
+            count[v] += 1.0;
+        }
+    }
+    sum.iter().zip(&count).map(|(sum, count)| sum / f64::max(*count, 1.0)).collect()
 }
 
 /// The sample nearest to a vertex within the figure.

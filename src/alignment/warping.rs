@@ -248,6 +248,10 @@ mod tests {
             }
             assert_eq!(round, SAMPLES - 1);
             assert!((total / 220.0 - cost).abs() < 1e-5 && cost < 0.2);
+            assert!((cost_along(&path, &differences) - cost).abs() < 1e-5);
+            // Differences that are larger by 0.1 cost as much more on every path.
+            let dearer: Vec<f32> = differences.iter().map(|d| d + 0.1).collect();
+            assert!((cost_along(&path, &dearer) - cost - 0.1).abs() < 1e-5);
         }
     }
 }

@@ -4,7 +4,7 @@ use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
 use super::constraints::{Points as AlignedPoints, problem, spectral_scale};
-use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Solver};
+use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Rating, Solver};
 use super::regions::{self, Shape};
 use super::request::{Alignment, Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
@@ -75,6 +75,8 @@ pub fn run(
     // What the user knows is not traded for anything.
     landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
 
+    let confidence: f64 = phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum();
+    let calibrated = aligned.is_some() && settings.conversion == (Conversion::Alignment {});
     Ok(MatchResult {
         id: None,
         sketch: settings.sketch.clone(),
@@ -82,7 +84,8 @@ pub fn run(
         request: settings.clone(),
         c: Matrix::from(points.c.as_ref()),
         correspondences: correspondences(sketch, &component, &points),
-        confidence: phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum(),
+        confidence,
+        rating: calibrated.then(|| Rating::of(confidence)),
         alignment: aligned.map(|aligned| aligned.report(&component)),
         alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&component)),
         solver: Solver::new(regulariser_name(&settings.regulariser), solution.report),
