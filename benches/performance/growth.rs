@@ -1,0 +1,61 @@
+//! How time and memory grow with the mesh; every size in a process of its own, for the sake of its peak memory.
+
+use std::process::Command;
+use std::{env, fs};
+
+use sketchmatch::alignment::prepared::PreparedMesh;
+use sketchmatch::numerics::Unwatched;
+
+use crate::table::{Reach, Sample, Table, cpu, timed};
+use crate::{shapes, stages};
+
+/// The argument that makes a process such a child; stage and frequency follow.
+pub const CHILD: &str = "--one-size";
+
+/// Prints CPU milliseconds of every run and the peak memory in MB.
+pub fn child(stage: &str, frequency: usize) {
+    let mesh = shapes::body(frequency);
+    let sample = match stage {
+        "eigenpairs" => timed(|| stages::eigenpairs(&mesh, 50)),
+        _ => Sample::new(vec![{
+            let begun = cpu();
+            std::hint::black_box(PreparedMesh::new(&mesh, &Unwatched).expect("nobody cancels"));
+            cpu() - begun
+        }]),
+    };
+    println!("{} {} {}", sample.quantile(0.0), sample.median(), sample.quantile(1.0));
+    println!("{}", peak());
+}
+
+/// VmHWM in MB.
+fn peak() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or("0 kB");
+    line.trim().trim_end_matches(" kB").parse::<f64>().unwrap_or(0.0) / 1024.0
+}
+
+/// Eigenpairs and preparation over the sizes, with the exponent of the line through their logarithms.
+pub fn rows(table: &Table, vast: bool) {
+    let sizes = [(shapes::SMALL, "5K"), (shapes::MIDDLE, "25K"), (shapes::HUGE, "100K"), (shapes::VAST, "400K")];
+    for (stage, name) in [("eigenpairs", "eigenpairs k = 50"), ("preparation", "preparation")] {
+        let mut places = Vec::new();
+        for (frequency, size) in &sizes[..if vast { 4 } else { 3 }] {
+            let program = env::current_exe().expect("a program has a path");
+            let output = Command::new(program).args([CHILD, stage, &frequency.to_string()]).output();
+            let text = String::from_utf8(output.expect("the child runs").stdout).expect("the child prints numbers");
+            let numbers: Vec<f64> = text.split_whitespace().filter_map(|number| number.parse().ok()).collect();
+            let [low, middle, high, peak] = numbers[..] else { panic!("the child said {text:?}") };
+            let name = format!("growth: {name}, {size} (peak {peak:.0} MB)");
+            table.time(&name, &Sample::new(vec![low, middle, high]), None, Reach::None);
+            places.push(((4 * frequency * frequency) as f64, middle));
+        }
+        table.figure(&format!("growth: exponent of {name}"), slope(&places), "", Some(1.25));
+    }
+}
+
+fn slope(places: &[(f64, f64)]) -> f64 {
+    let n = places.len() as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| places.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(&|p| p.0.ln()), mean(&|p| p.1.ln()));
+    mean(&|p| (p.0.ln() - x) * (p.1.ln() - y)) / mean(&|p| (p.0.ln() - x).powi(2))
+}

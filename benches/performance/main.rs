@@ -1,0 +1,32 @@
+//! `make bench`: one table of what every stage costs, beside what the peer takes on the same files.
+//!
+//! `--sixty` counts warm matches for a minute, `--vast` adds 400K vertices to the growth, `--shapes` only writes the
+//! files the peer is timed on.
+
+mod growth;
+mod server;
+mod shapes;
+mod stages;
+mod table;
+
+use std::{env, fs};
+
+fn main() {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    if let [flag, stage, frequency] = &arguments[..]
+        && flag == growth::CHILD
+    {
+        return growth::child(stage, frequency.parse().expect("a frequency is a number"));
+    }
+    let asked = |flag: &str| arguments.iter().any(|argument| argument == flag);
+    if asked("--shapes") {
+        shapes::body(shapes::LARGE);
+        shapes::drawn();
+        return;
+    }
+    let peer = fs::read_to_string(shapes::directory().join("peer.json")).ok();
+    let table = table::Table::begin(peer.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default());
+    stages::rows(&table);
+    growth::rows(&table, asked("--vast"));
+    server::rows(&table, if asked("--sixty") { 60.0 } else { 10.0 });
+}
