@@ -10,6 +10,9 @@ use super::single_outline::single_outline;
 /// Samples of an outline.
 pub const SAMPLES: usize = 110;
 
+/// Samples on either side of one that are too near to tell the thickness.
+const ADJOINING: usize = 2;
+
 /// The outline of a figure, counter-clockwise from an arbitrary start, at equal distances along it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contour {
@@ -18,7 +21,7 @@ pub struct Contour {
     /// 110 × (8 radii × 12 angles): per sample its inner-distance shape context [LJ07], summing to 1.
     pub histograms: Vec<f32>,
     /// Per sample the logarithm of the radius of the largest disc inside that touches the outline there, in units of
-    /// the square root of the figure's area.
+    /// the square root of the figure's area, blurred along the outline.
     pub thickness: Vec<f32>,
 }
 
@@ -38,7 +41,9 @@ impl Contour {
             .collect();
         let unit = (inside.area().max(1) as f64).sqrt();
         let histograms = shape_contexts(&samples, &tangents, &InnerPaths::between(&samples, inside), unit);
-        let thickness = thickness(&samples, &tangents).into_iter().map(|r| (r / unit).max(1e-3).ln() as f32).collect();
+        let thickness: Vec<f64> =
+            thickness(&samples, &tangents).into_iter().map(|r| (r / unit).max(1e-3).ln()).collect();
+        let thickness = blurred(&thickness).into_iter().map(|t| t as f32).collect();
         Contour { curve: samples.iter().map(|&pixel| inside.point(pixel)).collect(), histograms, thickness }
     }
 
@@ -55,20 +60,30 @@ impl Contour {
     }
 }
 
-/// For every sample the radius of the largest disc that touches the outline there from inside and holds no other sample:
+/// For every sample the radius of the largest disc that touches the outline there from inside and holds no other sample,
+/// but for those next to it, which tell the bumps of the picture:
 /// the curvature of the circle through another sample is 2 n·(q − p) / |q − p|² for the inner normal n.
 fn thickness(samples: &[[f64; 2]], tangents: &[[f64; 2]]) -> Vec<f64> {
     let radius = |i: usize| {
         let (p, t) = (samples[i], tangents[i]);
         let length = t[0].hypot(t[1]).max(1e-9);
-        let n = [-t[1] / length, t[0] / length];
+        let normal = [-t[1] / length, t[0] / length];
         let curvature = |q: &[f64; 2]| {
             let d = [q[0] - p[0], q[1] - p[1]];
-            2.0 * (n[0] * d[0] + n[1] * d[1]) / (d[0] * d[0] + d[1] * d[1]).max(1e-9)
+            2.0 * (normal[0] * d[0] + normal[1] * d[1]) / (d[0] * d[0] + d[1] * d[1]).max(1e-9)
         };
-        1.0 / samples.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, q)| curvature(q)).fold(1e-6, f64::max)
+        let n = samples.len();
+        let others = (ADJOINING + 1..n - ADJOINING).map(|step| &samples[(i + step) % n]);
+        1.0 / others.map(curvature).fold(1e-6, f64::max)
     };
     (0..samples.len()).map(radius).collect()
+}
+
+/// The values round a closed line blurred by (1, 4, 6, 4, 1)/16.
+fn blurred(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    let at = |i: usize, step: usize| values[(i + n + step - 2) % n];
+    (0..n).map(|i| (at(i, 0) + at(i, 4) + 4.0 * (at(i, 1) + at(i, 3)) + 6.0 * at(i, 2)) / 16.0).collect()
 }
 
 /// The samples of a closed polygon at equal distances along it, from its first corner on.
