@@ -115,7 +115,7 @@ impl Attempt {
             for view in [front.from_behind(), front] {
                 let visible = Visible::new(&positions, &mesh.triangles, &view.frame);
                 for laying in &layings {
-                    let laying = if view.frame == self.view.frame { laying.clone() } else { laying.from_behind() };
+                    let laying = if view.frame == self.view.frame { laying.clone() } else { laying.turned_round() };
                     let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
                     let distortion = distortion(shape, &mesh.distances, &map);
                     let astray = landmarks.astray(mesh, &map);
@@ -156,7 +156,7 @@ impl Attempt {
     /// The same places on the other side of the body: the answer were the sketch drawn from behind.
     pub fn mirrored(&self, mesh: &PreparedMesh) -> (Frame, Vec<u32>) {
         let behind = self.view.frame.from_behind();
-        (behind, lifted(mesh, &self.positions, &behind, &self.laying.from_behind().positions))
+        (behind, lifted(mesh, &self.positions, &behind, &self.laying.turned_round().positions))
     }
 }
 

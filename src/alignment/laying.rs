@@ -37,7 +37,7 @@ pub struct Laying {
 
 impl Laying {
     /// The same places in the picture of the camera on the other side.
-    pub fn from_behind(&self) -> Laying {
+    pub fn turned_round(&self) -> Laying {
         let positions = self.positions.iter().map(|&[x, y]| [-x, y]).collect();
         Laying { positions, ..self.clone() }
     }
