@@ -44,9 +44,9 @@ pub struct MatchResult {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rating {
-    /// From 0.95: mean errors of 0.01 to 0.09 √area.
+    /// From 0.95: mean errors of 0.01 to 0.10 √area, 0.03 on average.
     High,
-    /// From 0.75: mean errors of 0.03 to 0.11 √area, often with legs exchanged.
+    /// From 0.75: mean errors of 0.03 to 0.12 √area, often with legs exchanged.
     Medium,
     /// Below: mean errors of 0.06 to 0.75 √area; the view may be wrong.
     Low,
