@@ -27,6 +27,7 @@ const ASTRAY_PRICE: f64 = 0.2;
 const EXCHANGE: f64 = 0.02;
 
 /// A sketch on one view.
+#[derive(Clone)]
 pub(super) struct Attempt {
     pub view: View,
     pub kind: Kind,
@@ -99,36 +100,66 @@ impl Attempt {
     }
 
     /// The attempt mended by the landmarks: on this side of the body or the other, with the limbs as they are or near and
-    /// far ones exchanged, whichever agrees with them best.
+    /// far ones exchanged, led by them or pinned to them, whichever agrees with them best.
+    ///
+    /// # Errors
+    /// [`AlignmentError`]; the watcher is asked at every exchange.
     pub fn mended(
-        self,
+        &self,
         shape: &FlatShape,
         mesh: &PreparedMesh,
         landmarks: &Landmarks,
+        watch: &dyn Watch,
     ) -> Result<Attempt, AlignmentError> {
-        let mut best: Option<(f64, Attempt)> = None;
+        let mut best = self.clone();
+        let mut least = f64::INFINITY;
         for angles in exchanges(mesh, &self.view.frame, &self.angles) {
+            watch.proceed(0.0)?;
             let margin = if angles == self.angles { 0.0 } else { EXCHANGE };
-            let positions = posed(mesh, &self.view.frame, &angles);
-            let front = View::through(self.view.frame, &positions, &mesh.triangles);
-            let layings = self.layings(shape, mesh, landmarks, &front, &positions)?;
-            for view in [front.from_behind(), front] {
-                let visible = Visible::new(&positions, &mesh.triangles, &view.frame);
-                for laying in &layings {
-                    let laying = if view.frame == self.view.frame { laying.clone() } else { laying.turned_round() };
-                    let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
-                    let distortion = distortion(shape, &mesh.distances, &map);
-                    let astray = landmarks.astray(mesh, &map);
-                    let price = laying.cost + distortion.mean + ASTRAY_PRICE * astray + margin;
-                    if best.as_ref().is_none_or(|(least, _)| price < *least) {
-                        let (view, angles, positions) = (view.clone(), angles.clone(), positions.clone());
-                        let attempt = Attempt { view, angles, positions, laying, map, distortion, astray, ..self };
-                        best = Some((price, attempt));
-                    }
+            for attempt in self.led(shape, mesh, landmarks, angles)? {
+                let price = attempt.laying.cost + attempt.distortion.mean + ASTRAY_PRICE * attempt.astray + margin;
+                if price < least {
+                    (least, best) = (price, attempt);
                 }
             }
         }
-        Ok(best.map_or(self, |(_, attempt)| attempt))
+        Ok(best)
+    }
+
+    /// The sketch laid by the help of the landmarks on the mesh in another pose, in every way and from both sides.
+    fn led(
+        &self,
+        shape: &FlatShape,
+        mesh: &PreparedMesh,
+        landmarks: &Landmarks,
+        angles: Vec<f64>,
+    ) -> Result<Vec<Attempt>, AlignmentError> {
+        let positions = posed(mesh, &self.view.frame, &angles);
+        let front = View::through(self.view.frame, &positions, &mesh.triangles);
+        let layings = self.layings(shape, mesh, landmarks, &front, &positions)?;
+        let behind = front.from_behind();
+        let mut attempts = Vec::new();
+        for (view, turned) in [(behind, true), (front, false)] {
+            let visible = Visible::new(&positions, &mesh.triangles, &view.frame);
+            for laying in &layings {
+                let laying = if turned { laying.turned_round() } else { laying.clone() };
+                let map = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
+                let own = Attempt {
+                    view: view.clone(),
+                    angles: angles.clone(),
+                    positions: positions.clone(),
+                    ..self.clone()
+                };
+                attempts.push(Attempt { laying, ..own }.answering(shape, mesh, landmarks, map));
+            }
+        }
+        Ok(attempts)
+    }
+
+    /// The attempt with another map.
+    pub fn answering(self, shape: &FlatShape, mesh: &PreparedMesh, landmarks: &Landmarks, map: Vec<u32>) -> Attempt {
+        let (distortion, astray) = (distortion(shape, &mesh.distances, &map), landmarks.astray(mesh, &map));
+        Attempt { map, distortion, astray, ..self }
     }
 
     /// The sketch laid on a view without the landmarks, with the contours led by them, and pinned to them besides.
@@ -154,9 +185,10 @@ impl Attempt {
     }
 
     /// The same places on the other side of the body: the answer were the sketch drawn from behind.
-    pub fn mirrored(&self, mesh: &PreparedMesh) -> (Frame, Vec<u32>) {
-        let behind = self.view.frame.from_behind();
-        (behind, lifted(mesh, &self.positions, &behind, &self.laying.turned_round().positions))
+    pub fn turned_round(&self, shape: &FlatShape, mesh: &PreparedMesh, landmarks: &Landmarks) -> Attempt {
+        let (view, laying) = (self.view.from_behind(), self.laying.turned_round());
+        let map = lifted(mesh, &self.positions, &view.frame, &laying.positions);
+        Attempt { view, laying, ..self.clone() }.answering(shape, mesh, landmarks, map)
     }
 }
 

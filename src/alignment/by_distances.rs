@@ -1,5 +1,6 @@
 //! The point map from a few sure points and geodesic distances alone: where no view explains the sketch.
 
+use super::Pair;
 use super::energy::{SCALES, median};
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
@@ -14,10 +15,16 @@ const SURE: f64 = 0.15;
 const BENT: f64 = 0.12;
 const OUTLYING: f64 = 2.5;
 /// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
-struct Anchor {
+pub(super) struct Anchor {
     sketch: u32,
     mesh: u32,
-    near: Vec<f64>,
+    pub near: Vec<f64>,
+}
+
+impl Anchor {
+    pub fn of(shape: &FlatShape, Pair { sketch, mesh }: Pair) -> Anchor {
+        Anchor { sketch, mesh, near: shape.distances_from(sketch) }
+    }
 }
 
 /// The map T (m vertices of the mesh) that keeps every point's geodesic distances to the sure ones best, near ones
@@ -43,20 +50,37 @@ pub fn mapped(
     let kept = spread.into_iter().zip(bends).filter(|&(_, bend)| bend < most);
     let anchors: Vec<Anchor> = kept.map(|(anchor, _)| anchor).collect();
 
+    let all = vec![true; map.len()];
+    answered(mesh, map, &all, &anchors, scale, watch).map(Some)
+}
+
+/// The map with the answers of the vertices that are `wrong` replaced by those that keep their distances to the anchors
+/// best, near ones above all, `scale` being a length of the mesh by that of the sketch.
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub(super) fn answered(
+    mesh: &PreparedMesh,
+    map: &[u32],
+    wrong: &[bool],
+    anchors: &[Anchor],
+    scale: f64,
+    watch: &dyn Watch,
+) -> Result<Vec<u32>, Cancelled> {
     let vertices = mesh.positions.len() as u32;
     let mut fields = Vec::with_capacity(anchors.len());
-    for anchor in &anchors {
+    for anchor in anchors {
         watch.proceed(0.0)?;
         fields.push((0..vertices).map(|v| mesh.distances.between(anchor.mesh, v) as f32).collect::<Vec<f32>>());
     }
-    let mut answer = Vec::with_capacity(map.len());
-    for x in 0..map.len() {
+    let mut answer = map.to_vec();
+    for x in (0..map.len()).filter(|&x| wrong[x]) {
         watch.proceed(x as f64 / map.len() as f64)?;
         let wanted: Vec<f64> = anchors.iter().map(|anchor| scale * anchor.near[x]).collect();
         let weights: Vec<f64> = wanted.iter().map(|d| (d + 0.05).powf(-1.5)).collect();
-        answer.push(nearest(&fields, &wanted, &weights));
+        answer[x] = nearest(&fields, &wanted, &weights);
     }
-    Ok(Some(answer))
+    Ok(answer)
 }
 
 /// The vertex of the mesh whose distances are nearest to the wanted ones in the weighted squares; of equals, the first.
@@ -77,9 +101,9 @@ fn spread(shape: &FlatShape, map: &[u32], costs: &[f64]) -> Vec<Anchor> {
     while anchors.len() < ANCHORS.min(sure.len()) {
         let farther = |best: u32, v: u32| if nearest[v as usize] > nearest[best as usize] { v } else { best };
         let next = sure.iter().copied().fold(sure[0], farther);
-        let near = shape.distances_from(next);
-        nearest.iter_mut().zip(&near).for_each(|(n, &d)| *n = n.min(d));
-        anchors.push(Anchor { sketch: next, mesh: map[next as usize], near });
+        let anchor = Anchor::of(shape, Pair { sketch: next, mesh: map[next as usize] });
+        nearest.iter_mut().zip(&anchor.near).for_each(|(n, &d)| *n = n.min(d));
+        anchors.push(anchor);
     }
     anchors
 }

@@ -17,7 +17,7 @@ const REACH: f64 = 0.3;
 pub(super) struct Landmarks {
     pub pairs: Vec<Pair>,
     /// For every landmark its distance to each of the m vertices of the sketch.
-    fields: Vec<Vec<f64>>,
+    pub fields: Vec<Vec<f64>>,
     /// For every sample of the sketch's contour the vertex of the outline nearest to it.
     outline: Vec<u32>,
 }
@@ -56,6 +56,16 @@ impl Landmarks {
                 differences[i * SAMPLES + j] += (PRICE * (0..near.len()).map(disagreement).sum::<f64>()) as f32;
             }
         }
+    }
+
+    /// Mean disagreement, each at most 0.4, of the distances from the landmarks to the samples and their answers.
+    pub fn bent(&self, shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> f64 {
+        let disagreement = |l: usize, x: u32| {
+            let wanted = scale * self.fields[l][x as usize];
+            (wanted - mesh.distances.between(map[x as usize], self.pairs[l].mesh)).abs().min(MOST)
+        };
+        let of = |l: usize| shape.samples.iter().map(|&x| disagreement(l, x)).sum::<f64>();
+        (0..self.pairs.len()).map(of).sum::<f64>() / (self.pairs.len() * shape.samples.len()).max(1) as f64
     }
 
     /// Mean distance on the mesh, each at most 0.4, of the landmarks from their answers in a map.

@@ -9,6 +9,7 @@ mod by_distances;
 mod candidates;
 pub mod contour;
 pub mod energy;
+mod exchange;
 pub mod flat_shape;
 pub mod frame;
 mod inner_paths;
@@ -18,6 +19,7 @@ pub mod limbs;
 mod pieces;
 mod pose;
 pub mod prepared;
+mod reconciliation;
 mod rigidity;
 pub mod sampled_distances;
 mod shape_context;
@@ -38,6 +40,7 @@ use flat_shape::FlatShape;
 use frame::Frame;
 use landmarks::Landmarks;
 use prepared::PreparedMesh;
+use reconciliation::reconciled;
 
 use crate::mesh::dot;
 use crate::numerics::cholesky::FactorisationError;
@@ -130,14 +133,14 @@ pub fn aligned(
         .collect::<Result<Vec<Attempt>, _>>()?;
     attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
     let best = best_in_pose(&mut attempts, shape, mesh, landmarks, watch)?;
-    let best = if landmarks.is_empty() { best } else { best.mended(shape, mesh, landmarks)? };
+    let best = if landmarks.is_empty() { best } else { reconciled(best, shape, mesh, landmarks, watch)? };
     let second = attempts.into_iter().find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE
     });
 
-    let (frame, twin) = best.mirrored(mesh);
-    let twin = Alternative { mirrored: true, frame, score: best.score(), map: twin };
+    let twin = best.turned_round(shape, mesh, landmarks);
+    let twin = Alternative { mirrored: true, frame: twin.view.frame, score: best.score(), map: twin.map };
     let second = second.map(|other| Alternative {
         mirrored: false,
         frame: other.view.frame,
