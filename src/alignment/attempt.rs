@@ -21,7 +21,7 @@ const POSE_FROM: f64 = 0.05;
 /// What a radian of swing must be worth.
 const EFFORT: f64 = 0.005;
 /// The price of landmarks missed beside the other costs.
-const LANDMARK_PRICE: f64 = 0.1;
+const LANDMARK_PRICE: f64 = 0.2;
 /// The price of landmarks missed once the view is chosen, and by how much limbs exchanged have to better the whole.
 const ASTRAY_PRICE: f64 = 0.2;
 const EXCHANGE: f64 = 0.02;
