@@ -15,7 +15,7 @@ use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched, Watch};
-use sketchmatch::pipeline::{self, Preparations, Settings, Spectra, Stage, Surroundings, Watcher};
+use sketchmatch::pipeline::{self, Computing, Preparations, Settings, Spectra, Stage, Surroundings, Watcher};
 use sketchmatch::regions::Regions;
 use sketchmatch::sketch::Sketch;
 use sketchmatch::spectral::laplacian::Lumping;
@@ -147,13 +147,13 @@ impl Spectra for Known {
         if mesh.positions().len() == self.vertices {
             return Ok(self.spectrum.clone());
         }
-        spectral::spectrum(mesh, k, boundary, watch).map(Arc::new)
+        Computing.spectrum(mesh, k, boundary, watch)
     }
 }
 
 impl Preparations for Known {
     fn prepared(&self, mesh: &TriangleMesh, watch: &dyn Watch) -> Result<Arc<PreparedMesh>, Cancelled> {
-        self.prepared.clone().map_or_else(|| PreparedMesh::new(mesh, watch).map(Arc::new), Ok)
+        self.prepared.clone().map_or_else(|| Computing.prepared(mesh, watch), Ok)
     }
 }
 

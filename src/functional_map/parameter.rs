@@ -35,7 +35,7 @@ impl Parameter {
         match self.domain {
             Domain::Number { minimum, exclusive_minimum: true, maximum, .. } => (!(value > minimum
                 && value <= maximum))
-                .then(|| format!("{value} is not above {minimum} and at most {maximum}")),
+                .then(|| format!("{value:?} is not above {minimum} and at most {maximum}")),
             Domain::Number { minimum, maximum, .. } => outside(value, minimum, maximum),
             Domain::Integer { minimum, maximum, .. } => outside(value, minimum as f64, maximum as f64),
             Domain::String { .. } => None,
@@ -60,7 +60,7 @@ impl Parameter {
 }
 
 fn outside(value: f64, minimum: f64, maximum: f64) -> Option<String> {
-    (!(minimum..=maximum).contains(&value)).then(|| format!("{value} is not between {minimum} and {maximum}"))
+    (!(minimum..=maximum).contains(&value)).then(|| format!("{value:?} is not between {minimum} and {maximum}"))
 }
 
 #[cfg(test)]
@@ -83,8 +83,9 @@ mod tests {
         assert_eq!(CLOSED.fault(0.0), None);
         assert_eq!(CLOSED.fault(2.0), None);
         assert_eq!(OPEN.fault(2.0), None);
-        assert_eq!(OPEN.fault(0.0).unwrap(), "0 is not above 0 and at most 2");
+        assert_eq!(OPEN.fault(0.0).unwrap(), "0.0 is not above 0 and at most 2");
         assert_eq!(CLOSED.fault(-0.5).unwrap(), "-0.5 is not between 0 and 2");
+        assert_eq!(CLOSED.fault(1e300).unwrap(), "1e300 is not between 0 and 2");
     }
 
     #[test]

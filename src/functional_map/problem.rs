@@ -35,17 +35,6 @@ impl Problem {
         Ok(problem)
     }
 
-    /// The problem of `gram` = A Aᵀ (k × k), `cross` = B Aᵀ (l × k) and `constant` = ‖B‖²_F.
-    ///
-    /// # Errors
-    /// [`MapError`] if `gram` is not k × k or an entry is not finite.
-    pub fn from_grams(gram: Mat<f64>, cross: Mat<f64>, constant: f64) -> Result<Self, MapError> {
-        check("A Aᵀ", gram.as_ref(), (cross.ncols(), cross.ncols()))?;
-        check("B Aᵀ", cross.as_ref(), cross.shape())?;
-        check("‖B‖²", Mat::full(1, 1, constant).as_ref(), (1, 1))?;
-        Ok(Problem { gram, cross, constant })
-    }
-
     /// Adds a block of constraints C a = b, a k × p and b l × p.
     ///
     /// # Errors
@@ -185,11 +174,8 @@ mod tests {
         for start in [0, 10, 20] {
             blockwise.constrain(a.subcols(start, 10), b.subcols(start, 10)).unwrap();
         }
-        let grams =
-            Problem::from_grams(problem.gram().to_owned(), problem.cross().to_owned(), problem.constant()).unwrap();
         let value = problem.value(c.as_ref());
         assert!((blockwise.value(c.as_ref()) - value).abs() < 1e-12 * value);
-        assert_eq!(grams.value(c.as_ref()), value);
     }
 
     #[test]
@@ -208,7 +194,5 @@ mod tests {
         b[(5, 7)] = f64::NAN;
         let error = Problem::new(a.as_ref(), b.as_ref()).unwrap_err();
         assert_eq!(error, MapError::NotFinite { matrix: "B", row: 5, column: 7 });
-        assert!(Problem::from_grams(Mat::zeros(3, 3), Mat::zeros(5, 4), 0.0).is_err());
-        assert!(Problem::from_grams(Mat::zeros(4, 4), Mat::zeros(5, 4), f64::INFINITY).is_err());
     }
 }

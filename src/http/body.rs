@@ -42,9 +42,6 @@ impl FromRequest<App> for Upload {
             return form(request, app, limit).await;
         }
         let (bytes, memory) = read(request, app, limit).await?;
-        if bytes.is_empty() {
-            return Err(Problem::malformed(Fault::at_place("body", "the body is empty")));
-        }
         Ok(Upload { bytes, media_type, file_name: None, _memory: memory })
     }
 }
@@ -87,7 +84,7 @@ fn media_type(headers: &HeaderMap) -> Option<String> {
     (!essence.is_empty()).then_some(essence)
 }
 
-/// The whole body, at most `limit` bytes of it. Memory is set aside for the length announced, or the limit, before any
+/// The whole body, which is not empty, at most `limit` bytes of it. Memory is set aside for the length announced, or the limit, before any
 /// is taken; the permit holds it.
 async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, OwnedSemaphorePermit), Problem> {
     let headers = request.headers();
@@ -104,6 +101,9 @@ async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, Owned
     let body = tokio::time::timeout(PATIENCE, collected(request.into_body(), limit));
     let late = || Problem::new(StatusCode::REQUEST_TIMEOUT, "the body took too long to arrive");
     let bytes = body.await.map_err(|_| late())??;
+    if bytes.is_empty() {
+        return Err(Problem::malformed(Fault::at_place("body", "the body is empty")));
+    }
     Ok((bytes, memory))
 }
 

@@ -57,7 +57,8 @@ impl IntoResponse for Answer {
 }
 
 impl IdempotencyKey {
-    /// The name under which a job of this request is queued once, even by two that arrive at the same moment.
+    /// The name under which a job of this request is queued once, even by two that arrive at the same moment, and even
+    /// where the process dies before the answer is remembered.
     pub fn dedupe(&self, fingerprint: &str) -> Option<String> {
         self.0.as_ref().map(|key| format!("idempotent:{key}:{fingerprint}"))
     }
@@ -75,21 +76,32 @@ impl IdempotencyKey {
         answer: impl Future<Output = Result<Answer, Problem>>,
     ) -> Result<Answer, Problem> {
         let Some(key) = &self.0 else { return answer.await };
-        match store.remembered(key, route, fingerprint).await? {
-            Remembered::New => {}
-            Remembered::Same { status, location, body } => {
-                let status = StatusCode::from_u16(status).map_err(Problem::internal)?;
-                return Ok(Answer { status, location, body });
-            }
-            Remembered::Different => {
-                let fault = Fault::in_header(HEADER.as_str(), "this key was used for another request");
-                return Err(Problem::refused("the idempotency key is taken", vec![fault]));
-            }
+        if let Some(answer) = known(store, key, route, fingerprint).await? {
+            return Ok(answer);
         }
         let answer = answer.await?;
         let (status, location) = (answer.status.as_u16(), answer.location.as_deref());
         store.remember(key, route, fingerprint, status, location, &answer.body).await?;
-        Ok(answer)
+        // Of two that arrive at the same moment, the first to be remembered is the answer to both.
+        Ok(known(store, key, route, fingerprint).await?.unwrap_or(answer))
+    }
+}
+
+/// The answer remembered for this key and request.
+///
+/// # Errors
+/// 422 where the key came with another request.
+async fn known(store: &Store, key: &str, route: &str, fingerprint: &str) -> Result<Option<Answer>, Problem> {
+    match store.remembered(key, route, fingerprint).await? {
+        Remembered::New => Ok(None),
+        Remembered::Same { status, location, body } => {
+            let status = StatusCode::from_u16(status).map_err(Problem::internal)?;
+            Ok(Some(Answer { status, location, body }))
+        }
+        Remembered::Different => {
+            let fault = Fault::in_header(HEADER.as_str(), "this key was used for another request");
+            Err(Problem::refused("the idempotency key is taken", vec![fault]))
+        }
     }
 }
 

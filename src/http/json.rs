@@ -12,6 +12,17 @@ use super::problem::{Fault, Problem};
 /// Integers up to here have one spelling as a double.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
+/// The members that tell the variants of a tagged object apart.
+const TAGS: [&str; 2] = ["method", "type"];
+
+/// Types of Rust in the messages of serde, and what a client knows them as.
+const TYPES: [(&str, &str); 4] = [
+    ("usize", "a whole number from 0 on"),
+    ("u32", "a whole number from 0 to 4294967295"),
+    ("i32", "a whole number from -2147483648 to 2147483647"),
+    ("f64", "a number"),
+];
+
 /// The value a JSON body stands for.
 ///
 /// # Errors
@@ -42,8 +53,18 @@ fn shaped<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
             Some(field) => field_pointer(&at, field),
             None => culprit::<T>(tree, &at, &detail).unwrap_or(at),
         };
-        Fault::at_pointer(at, detail)
+        Fault::at_pointer(at, worded(detail))
     })
+}
+
+/// A message of serde with the type it expected in words.
+fn worded(detail: String) -> String {
+    let Some((found, expected)) = detail.rsplit_once("expected ") else { return detail };
+    match TYPES.iter().find(|(name, _)| *name == expected) {
+        Some((_, words)) => format!("{found}expected {words}"),
+        None if expected.starts_with("struct ") => format!("{found}expected an object"),
+        None => detail,
+    }
 }
 
 /// The field that is missing, unknown or repeated by the words of serde.
@@ -61,10 +82,13 @@ fn field_pointer(at: &str, field: &str) -> String {
 /// The pointer of the member of the object at `at` that makes reading it fail with `detail`.
 ///
 /// serde buffers an internally tagged enum before reading it, which loses the path below the enum: the member is found
-/// by leaving out one at a time until the failure changes.
+/// by leaving out one at a time until the failure changes. Without its tag an object always fails in another way, so that
+/// the tag is to blame only where nothing else is.
 fn culprit<T: DeserializeOwned>(tree: &Value, at: &str, detail: &str) -> Option<String> {
     let members = tree.pointer(at)?.as_object()?;
-    let to_blame = members.keys().find(|key| {
+    let is_tag = |key: &&String| TAGS.contains(&key.as_str());
+    let mut tags_last = members.keys().filter(|key| !is_tag(key)).chain(members.keys().filter(is_tag));
+    let to_blame = tags_last.find(|key| {
         let mut without = tree.clone();
         if let Some(Value::Object(object)) = without.pointer_mut(at) {
             object.remove(*key);
@@ -199,6 +223,24 @@ mod tests {
         assert_refused(&with(r#"{"gamma": 1}"#), 422, "/regulariser/type");
         assert_refused(&with(r#"{"type": "l1", "max_iterations": 1.5}"#), 422, "/regulariser/max_iterations");
         assert_refused(&with("7"), 422, "/regulariser");
+    }
+
+    #[test]
+    fn names_the_member_beside_the_tag() {
+        let with = |regions: &str| format!(r#"{{"mesh": "m", "sketch": "s", "regions": {regions}}}"#);
+        let given = r#"{"method": "given", "sketch": [0], "mesh": [4294967296]}"#;
+        assert_refused(&with(given), 422, "/regions/mesh");
+        let segmented = r#"{"method": "segmented", "sketch_regions": 6, "mesh_regions": 7, "pairs": [[0, 1, 2]]}"#;
+        assert_refused(&with(segmented), 422, "/regions/pairs");
+        assert_refused(&with(r#"{"method": "guessed", "pairs": 1}"#), 422, "/regions/method");
+    }
+
+    #[test]
+    fn says_in_words_what_was_expected() {
+        let (_, fault) = refusal(r#"{"mesh": "m", "sketch": "s", "basis": {"k": 2.5}}"#);
+        assert_eq!(fault.detail, "invalid type: floating point `2.5`, expected a whole number from 0 on");
+        let (_, fault) = refusal("null");
+        assert_eq!(fault.detail, "invalid type: null, expected an object");
     }
 
     #[test]

@@ -75,7 +75,10 @@ async fn submitted(app: &App, body: JsonBody, dedupe: Option<String>) -> Result<
     let (request, _body) = request.await??;
     let payload = payload(app, request).await?;
     app.room_in_queue().await?;
-    let job = app.store.submit(JobKind::Match, &payload, dedupe.as_deref()).await?;
+    let job = match dedupe {
+        Some(key) => app.store.submit_once(JobKind::Match, &payload, &key).await?,
+        None => app.store.submit(JobKind::Match, &payload, None).await?,
+    };
     Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &MatchDocument::from(job))
 }
 
@@ -142,7 +145,7 @@ async fn vertices(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> R
     let shape = app.store.shape(kind, id).await?;
     if shape.is_none() {
         let noun = kind.noun();
-        faults.push(Fault::at_pointer(format!("/{noun}"), format!("there is no {noun} {id}")));
+        faults.push(Fault::at_pointer(format!("/{noun}"), format!("there is no {noun} of this id")));
     }
     Ok(shape.and_then(|shape| usize::try_from(shape.body.get("vertices")?.as_u64()?).ok()))
 }

@@ -3,17 +3,17 @@
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
 use super::body::{Upload, unsupported};
-use super::idempotency::{IdempotencyKey, fingerprint};
+use super::idempotency::IdempotencyKey;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::immutable;
+use super::representation::{JSON, Wanted};
 use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::{Summary, summary};
@@ -62,9 +62,7 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let (bytes, asked) = (upload.bytes.clone(), format!("{query:?}"));
-    let print = app.off_runtime(move || fingerprint(&[&bytes, asked.as_bytes()])).await?;
-    let store = app.store.clone();
+    let asked = (upload.bytes.clone(), format!("{query:?}"));
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
@@ -76,7 +74,7 @@ pub async fn upload(
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
         shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, name.as_deref(), body).await?)
     };
-    Ok(key.once(&store, "POST /v1/meshes", &print, answer).await?.into_response())
+    shapes::once(&app, Kind::Mesh, &key, asked, answer).await
 }
 
 /// The mesh beside its measures.
@@ -134,7 +132,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     responses((status = 200, description = "the mesh", body = ShapeDocument<MeshMeasures>)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
-    Ok(Json(shapes::document(shapes::found(&app, Kind::Mesh, &id).await?)?))
+    Ok(Json(shapes::known(&app, Kind::Mesh, &id).await?))
 }
 
 /// Answers the triangles of a mesh.
@@ -146,10 +144,8 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
     ),
 )]
 pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    shapes::found(&app, Kind::Mesh, &id).await?;
-    let mesh = app.store.mesh(&id).await?.ok_or_else(|| Problem::not_found(format_args!("mesh {id}")))?;
-    let written = app.off_runtime(move || {
-        serde_json::to_vec(&Geometry { vertices: Coordinates::Space(mesh.positions()), triangles: mesh.triangles() })
-    });
-    Ok(immutable(&headers, "application/json", written.await?.map_err(Problem::internal)?.into()))
+    let mesh = shapes::mesh(&app, &id).await?;
+    let write =
+        move |_| Geometry { vertices: Coordinates::Space(mesh.positions()), triangles: mesh.triangles() }.json();
+    Wanted::named(headers, JSON).answer(&app, write).await
 }

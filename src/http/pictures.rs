@@ -10,8 +10,9 @@ use utoipa::{IntoParams, ToSchema};
 use super::App;
 use super::problem::Problem;
 use super::query::{Id, Query};
-use super::representation::{immutable, negotiated};
+use super::representation::Wanted;
 use super::results::stored;
+use super::shapes;
 use crate::alignment::frame::Frame;
 use crate::mesh::{TriangleMesh, cross};
 use crate::picture::{self, Matched, Unfit, heat_map};
@@ -39,12 +40,12 @@ enum PictureFormat {
 }
 
 impl PictureQuery {
-    /// The media type that is asked for: PNG where nothing tells.
-    fn media_type(self, headers: &HeaderMap) -> Result<&'static str, Problem> {
+    /// The form that is asked for: PNG where nothing tells.
+    fn wanted(self, headers: HeaderMap) -> Result<Wanted, Problem> {
         match self.format {
-            Some(PictureFormat::Png) => Ok(PNG),
-            Some(PictureFormat::Svg) => Ok(SVG),
-            None => negotiated(headers, &[PNG, SVG]),
+            Some(PictureFormat::Png) => Ok(Wanted::named(headers, PNG)),
+            Some(PictureFormat::Svg) => Ok(Wanted::named(headers, SVG)),
+            None => Wanted::negotiated(headers, &[PNG, SVG]),
         }
     }
 }
@@ -129,10 +130,8 @@ pub async fn of_match(
     Query(query): Query<PictureQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let media_type = query.media_type(&headers)?;
-    let form = if media_type == SVG { Form::Svg } else { Form::Png };
-    let body = drawn(&app, form, stored(&app, &id).await?).await?;
-    Ok(immutable(&headers, media_type, body))
+    let wanted = query.wanted(headers)?;
+    drawn(&app, wanted, stored(&app, &id).await?).await
 }
 
 /// Answers the functional map of a match as a heat map: a row per eigenfunction of the mesh and a column per one of the
@@ -151,10 +150,9 @@ pub async fn of_matrix(
     Query(query): Query<PictureQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let media_type = query.media_type(&headers)?;
+    let wanted = query.wanted(headers)?;
     let result = stored(&app, &id).await?;
-    let body = app.off_runtime(move || matrix(media_type, &result)).await?.map_err(Problem::internal)?;
-    Ok(immutable(&headers, media_type, body))
+    wanted.answer(&app, move |media_type| matrix(media_type, &result)).await
 }
 
 /// Answers the mesh of a match in the colours of the sketch, as glTF 2.0 binary.
@@ -169,14 +167,8 @@ pub async fn of_matrix(
     ),
 )]
 pub async fn of_mesh(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    let form = negotiated(&headers, &[GLB])?;
-    let body = coloured_mesh(&app, stored(&app, &id).await?).await?;
-    Ok(immutable(&headers, form, body))
-}
-
-/// The mesh of a result in the colours of its sketch, as GLB.
-pub(super) async fn coloured_mesh(app: &App, result: Bytes) -> Result<Bytes, Problem> {
-    drawn(app, Form::Glb, result).await
+    let wanted = Wanted::negotiated(headers, &[GLB])?;
+    drawn(&app, wanted, stored(&app, &id).await?).await
 }
 
 /// Which shapes a result is of.
@@ -186,15 +178,21 @@ struct Shapes {
     mesh: String,
 }
 
-async fn drawn(app: &App, form: Form, result: Bytes) -> Result<Bytes, Problem> {
+/// Answers a result and its shapes as a picture, or as the coloured mesh.
+pub(super) async fn drawn(app: &App, wanted: Wanted, result: Bytes) -> Result<Response, Problem> {
     let named = result.clone();
-    let shapes = app.off_runtime(move || serde_json::from_slice::<Shapes>(&named)).await?;
-    let Shapes { sketch, mesh } = shapes.map_err(Problem::internal)?;
-    let missing = |noun: &str, id: &str| Problem::not_found(format_args!("{noun} {id}"));
-    let sketch = app.store.sketch(&sketch).await?.ok_or_else(|| missing("sketch", &sketch))?;
-    let mesh = app.store.mesh(&mesh).await?.ok_or_else(|| missing("mesh", &mesh))?;
-    let file = app.off_runtime(move || file(form, &result, &sketch, &mesh)).await?;
-    Ok(file.map_err(Problem::internal)?.into())
+    let named = app.off_runtime(move || serde_json::from_slice::<Shapes>(&named)).await?;
+    let Shapes { sketch, mesh } = named.map_err(Problem::internal)?;
+    let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
+    let draw = move |media_type| {
+        let form = match media_type {
+            SVG => Form::Svg,
+            GLB => Form::Glb,
+            _ => Form::Png,
+        };
+        file(form, &result, &sketch, &mesh).map(Bytes::from)
+    };
+    wanted.answer(app, draw).await
 }
 
 /// What a heat map needs of a result.

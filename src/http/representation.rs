@@ -1,19 +1,62 @@
 //! Which form of a resource a client wants, and whether it has it already.
 
+use std::fmt::Display;
+
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
+use super::App;
 use super::problem::{Fault, Problem};
+
+pub const JSON: &str = "application/json";
+pub const NPY: &str = "application/x-npy";
 
 /// What the compressing layer leaves behind in the name of a compressed body.
 const COMPRESSED: [&str; 2] = ["gzip", "zstd"];
 
+/// The form in which a client wants a resource that never changes.
+pub struct Wanted {
+    media_type: &'static str,
+    headers: HeaderMap,
+}
+
+impl Wanted {
+    /// As `media_type`, whatever the `Accept` header says.
+    pub fn named(headers: HeaderMap, media_type: &'static str) -> Wanted {
+        Wanted { media_type, headers }
+    }
+
+    /// As that of the media types `offered`, best first, which the `Accept` header likes best.
+    ///
+    /// # Errors
+    /// 406 where it likes none.
+    pub fn negotiated(headers: HeaderMap, offered: &[&'static str]) -> Result<Wanted, Problem> {
+        Ok(Wanted { media_type: negotiated(&headers, offered)?, headers })
+    }
+
+    pub fn media_type(&self) -> &'static str {
+        self.media_type
+    }
+
+    /// The answer with the body that `write` makes in this form, off the threads that answer requests; 304 where the
+    /// client has it.
+    ///
+    /// # Errors
+    /// 500 where `write` fails.
+    pub async fn answer<E: Display + Send + 'static>(
+        self,
+        app: &App,
+        write: impl FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let Wanted { media_type, headers } = self;
+        let written = app.off_runtime(move || write(media_type).map(|body| immutable(&headers, media_type, body)));
+        written.await?.map_err(Problem::internal)
+    }
+}
+
 /// The media type among `offered`, best first, that the `Accept` header likes best.
-///
-/// # Errors
-/// 406 where it likes none.
-pub fn negotiated(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
+fn negotiated(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
     let values = headers.get_all(header::ACCEPT);
     let accept = values.iter().filter_map(|value| value.to_str().ok()).collect::<Vec<_>>().join(",");
     let ranges: Vec<(&str, f64)> = accept.split(',').filter_map(range).collect();
@@ -56,7 +99,7 @@ fn fit(range: &str, media_type: &str) -> Option<u8> {
 }
 
 /// The answer for a body that never changes: with a strong entity tag, or 304 where the client has it.
-pub fn immutable(request: &HeaderMap, media_type: &'static str, body: Bytes) -> Response {
+fn immutable(request: &HeaderMap, media_type: &'static str, body: Bytes) -> Response {
     let tag = format!("\"{}\"", &blake3::hash(&body).to_hex()[..32]);
     let headers = [
         (header::ETAG, tag.clone()),

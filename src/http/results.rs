@@ -12,13 +12,11 @@ use super::npy;
 use super::pictures::{self, GLB};
 use super::problem::Problem;
 use super::query::Id;
-use super::representation::{immutable, negotiated};
+use super::representation::{JSON, NPY, Wanted};
 use crate::pipeline::outcome::MatchResult;
 use crate::store::{Job, State as JobState};
 
-const JSON: &str = "application/json";
 const CSV: &str = "text/csv";
-const NPY: &str = "application/x-npy";
 
 /// Answers the result of a match: all of it as JSON, the correspondences as CSV, C as `.npy`, or the mesh in the colours
 /// of the sketch as GLB.
@@ -33,15 +31,17 @@ const NPY: &str = "application/x-npy";
     ),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    let form = negotiated(&headers, &[JSON, CSV, NPY, GLB])?;
+    let wanted = Wanted::negotiated(headers, &[JSON, CSV, NPY, GLB])?;
     let result = stored(&app, &id).await?;
-    let body = match form {
-        GLB => pictures::coloured_mesh(&app, result).await?,
-        CSV => app.off_runtime(move || csv(&result)).await?.map_err(Problem::internal)?,
-        NPY => app.off_runtime(move || matrix(&result)).await?.map_err(Problem::internal)?,
-        _ => result,
+    if wanted.media_type() == GLB {
+        return pictures::drawn(&app, wanted, result).await;
+    }
+    let write = move |media_type| match media_type {
+        CSV => csv(&result),
+        NPY => matrix(&result),
+        _ => Ok(result),
     };
-    Ok(immutable(&headers, form, body))
+    wanted.answer(&app, write).await
 }
 
 /// The result of a match as it was written.

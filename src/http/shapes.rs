@@ -1,15 +1,21 @@
 //! What meshes and sketches have in common as resources.
 
+use std::future::Future;
+
 use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use utoipa::ToSchema;
 
 use super::App;
-use super::idempotency::Answer;
+use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::job_document::timestamp;
 use super::page::PageQuery;
 use super::problem::{Fault, Problem};
+use crate::mesh::TriangleMesh;
+use crate::sketch::Sketch;
 use crate::store::{Kind, Shape, StoreError};
 
 /// Characters of a name at most.
@@ -38,6 +44,12 @@ pub struct Geometry<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
+impl Geometry<'_> {
+    pub fn json(&self) -> serde_json::Result<Bytes> {
+        serde_json::to_vec(self).map(Bytes::from)
+    }
+}
+
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub enum Coordinates<'a> {
@@ -63,18 +75,51 @@ impl Kind {
     }
 }
 
-/// The shape of this id.
+/// What is known of the shape of this id, its measures stored as a `T`.
 ///
 /// # Errors
 /// 404 where there is none.
-pub async fn found(app: &App, kind: Kind, id: &str) -> Result<Shape, Problem> {
-    app.store.shape(kind, id).await?.ok_or_else(|| Problem::not_found(format_args!("{} {id}", kind.noun())))
+pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Result<ShapeDocument<T>, Problem> {
+    document(app.store.shape(kind, id).await?.ok_or_else(|| missing(kind, id))?)
+}
+
+/// The geometry of a mesh.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn mesh(app: &App, id: &str) -> Result<TriangleMesh, Problem> {
+    app.store.mesh(id).await?.ok_or_else(|| missing(Kind::Mesh, id))
+}
+
+/// The geometry of a sketch.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn sketch(app: &App, id: &str) -> Result<Sketch, Problem> {
+    app.store.sketch(id).await?.ok_or_else(|| missing(Kind::Sketch, id))
+}
+
+fn missing(kind: Kind, id: &str) -> Problem {
+    Problem::not_found(format_args!("{} {id}", kind.noun()))
 }
 
 /// The document of a shape whose measures were stored as a `T`.
-pub fn document<T: DeserializeOwned>(shape: Shape) -> Result<ShapeDocument<T>, Problem> {
+fn document<T: DeserializeOwned>(shape: Shape) -> Result<ShapeDocument<T>, Problem> {
     let measures = serde_json::from_value(shape.body).map_err(Problem::internal)?;
     Ok(ShapeDocument { id: shape.id, name: shape.name, created_at: timestamp(shape.created_ms), measures })
+}
+
+/// Answers an upload of these bytes and this query, once under one key.
+pub async fn once(
+    app: &App,
+    kind: Kind,
+    key: &IdempotencyKey,
+    (bytes, query): (Bytes, String),
+    answer: impl Future<Output = Result<Answer, Problem>>,
+) -> Result<Response, Problem> {
+    let print = app.off_runtime(move || fingerprint(&[&bytes, query.as_bytes()])).await?;
+    let route = format!("POST {}", kind.path());
+    Ok(key.once(&app.store, &route, &print, answer).await?.into_response())
 }
 
 /// The answer to an upload: 201 for a new shape, 200 for one whose content was known.
@@ -85,7 +130,7 @@ pub fn uploaded<T: DeserializeOwned + Serialize>((shape, new): (Shape, bool)) ->
 }
 
 /// A page of the shapes of one kind.
-pub async fn listed<T>(app: &App, kind: Kind, query: &PageQuery) -> Result<axum::response::Response, Problem>
+pub async fn listed<T>(app: &App, kind: Kind, query: &PageQuery) -> Result<Response, Problem>
 where
     T: DeserializeOwned + Serialize,
 {

@@ -3,18 +3,18 @@
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
 use super::body::{Upload, is_json, unsupported};
-use super::idempotency::{IdempotencyKey, fingerprint};
+use super::idempotency::IdempotencyKey;
 use super::json;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::immutable;
+use super::representation::{JSON, Wanted};
 use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
@@ -73,9 +73,7 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let (bytes, asked) = (upload.bytes.clone(), format!("{query:?}"));
-    let print = app.off_runtime(move || fingerprint(&[&bytes, asked.as_bytes()])).await?;
-    let store = app.store.clone();
+    let asked = (upload.bytes.clone(), format!("{query:?}"));
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let target = target(query.target_vertices)?;
@@ -86,7 +84,7 @@ pub async fn upload(
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
         shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, name.as_deref(), body).await?)
     };
-    Ok(key.once(&store, "POST /v1/sketches", &print, answer).await?.into_response())
+    shapes::once(&app, Kind::Sketch, &key, asked, answer).await
 }
 
 /// The number of vertices the query asks for.
@@ -167,7 +165,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     responses((status = 200, description = "the sketch", body = ShapeDocument<SketchMeasures>)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
-    Ok(Json(shapes::document(shapes::found(&app, Kind::Sketch, &id).await?)?))
+    Ok(Json(shapes::known(&app, Kind::Sketch, &id).await?))
 }
 
 /// Answers the triangles of a sketch, in the coordinates it was uploaded in.
@@ -179,12 +177,10 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
     ),
 )]
 pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    shapes::found(&app, Kind::Sketch, &id).await?;
-    let sketch = app.store.sketch(&id).await?.ok_or_else(|| Problem::not_found(format_args!("sketch {id}")))?;
-    let written = app.off_runtime(move || {
+    let sketch = shapes::sketch(&app, &id).await?;
+    let write = move |_| {
         let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
-        let vertices = Coordinates::Plane(&vertices);
-        serde_json::to_vec(&Geometry { vertices, triangles: sketch.mesh().triangles() })
-    });
-    Ok(immutable(&headers, "application/json", written.await?.map_err(Problem::internal)?.into()))
+        Geometry { vertices: Coordinates::Plane(&vertices), triangles: sketch.mesh().triangles() }.json()
+    };
+    Wanted::named(headers, JSON).answer(&app, write).await
 }

@@ -15,14 +15,12 @@ use super::App;
 use super::job_document::{Progress, Status};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{immutable, negotiated};
-use super::{memory, npy};
+use super::representation::{JSON, NPY, Wanted};
+use super::{memory, npy, shapes};
 use crate::mesh::connectivity::{Component, largest_component};
 use crate::spectral::{Boundary, Spectrum};
 use crate::store::{Job, JobKind, Kind, Page, SpectrumKey, SpectrumTask, State as JobState};
 
-const JSON: &str = "application/json";
-const NPY: &str = "application/x-npy";
 const SAFETENSORS: &str = "application/vnd.safetensors";
 
 const DEFAULT_EIGENPAIRS: usize = 20;
@@ -84,7 +82,7 @@ pub async fn of_mesh(
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    Asked::new(&app, Kind::Mesh, id, query)?.answer(&app, &headers).await
+    Asked::new(&app, Kind::Mesh, id, query)?.answer(&app, headers).await
 }
 
 /// Answers the spectrum of a sketch, as that of a mesh.
@@ -104,7 +102,16 @@ pub async fn of_sketch(
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    Asked::new(&app, Kind::Sketch, id, query)?.answer(&app, &headers).await
+    Asked::new(&app, Kind::Sketch, id, query)?.answer(&app, headers).await
+}
+
+/// Why a spectrum was not written.
+#[derive(Debug, thiserror::Error)]
+enum Unwritten {
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    #[error(transparent)]
+    Tensors(#[from] SafeTensorError),
 }
 
 /// One spectrum of one shape.
@@ -124,8 +131,8 @@ impl Asked {
         Ok(Asked { kind, id, k, boundary: query.boundary.unwrap_or(Boundary::Neumann) })
     }
 
-    async fn answer(self, app: &App, headers: &HeaderMap) -> Result<Response, Problem> {
-        let form = negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
+    async fn answer(self, app: &App, headers: HeaderMap) -> Result<Response, Problem> {
+        let wanted = Wanted::negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
         let (component, shape_hash, vertices) = self.component(app).await?;
         let matched = component.vertices.len();
         if self.k >= matched {
@@ -136,24 +143,23 @@ impl Asked {
         }
         let key = SpectrumKey { shape_hash, boundary: self.boundary };
         let Some(spectrum) = app.store.spectrum(&key, self.k).await? else { return self.pending(app).await };
-        if form != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
+        if wanted.media_type() != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
             return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
-        let written = app.off_runtime(move || match form {
+        let write = move |media_type| match media_type {
             NPY => Ok(eigenfunctions(&spectrum, self.k, &component.vertices, vertices)),
-            SAFETENSORS => tensors(&spectrum, self.k, &component.vertices, vertices).map_err(Problem::internal),
-            _ => self.document(&spectrum),
-        });
-        Ok(immutable(headers, form, written.await??))
+            SAFETENSORS => Ok(tensors(&spectrum, self.k, &component.vertices, vertices)?),
+            _ => Ok::<_, Unwritten>(self.document(&spectrum)?),
+        };
+        wanted.answer(app, write).await
     }
 
     /// The part of the shape that is decomposed, the hash of its content, and the number of all vertices of the shape.
     async fn component(&self, app: &App) -> Result<(Component, blake3::Hash, usize), Problem> {
         let mesh = match self.kind {
-            Kind::Mesh => app.store.mesh(&self.id).await?,
-            Kind::Sketch => app.store.sketch(&self.id).await?.map(|sketch| sketch.mesh().clone()),
+            Kind::Mesh => shapes::mesh(app, &self.id).await?,
+            Kind::Sketch => shapes::sketch(app, &self.id).await?.mesh().clone(),
         };
-        let mesh = mesh.ok_or_else(|| Problem::not_found(format_args!("{} {}", self.kind.noun(), self.id)))?;
         let looked_at = app.off_runtime(move || {
             let component = largest_component(&mesh);
             let hash = component.mesh.content_hash();
@@ -162,10 +168,10 @@ impl Asked {
         looked_at.await
     }
 
-    fn document(&self, spectrum: &Spectrum) -> Result<Bytes, Problem> {
+    fn document(&self, spectrum: &Spectrum) -> serde_json::Result<Bytes> {
         let eigenvalues = spectrum.eigenvalues.iter().copied().take(self.k).collect();
         let document = SpectrumDocument { eigenvalues, k: self.k, boundary: self.boundary, cached: true };
-        Ok(serde_json::to_vec(&document).map_err(Problem::internal)?.into())
+        serde_json::to_vec(&document).map(Bytes::from)
     }
 
     /// 202 while the spectrum is worked on.

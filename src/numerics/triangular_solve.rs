@@ -52,100 +52,126 @@ where
         for node in self.supernodes.clone() {
             let mut strips = node.values;
             for first in (0..node.width).step_by(4) {
-                strips = match node.width - first {
-                    1 => forward::<L, Q, 1>(lanes, &node, first, strips, self.x),
-                    2 => forward::<L, Q, 2>(lanes, &node, first, strips, self.x),
-                    3 => forward::<L, Q, 3>(lanes, &node, first, strips, self.x),
-                    _ => forward::<L, Q, 4>(lanes, &node, first, strips, self.x),
-                };
+                strips = through::<Forward, L, Q>(lanes, Place { node: &node, first, strips }, self.x);
             }
         }
         for node in self.supernodes.rev() {
             let mut strips = node.values;
             for first in (0..node.width).step_by(4).rev() {
-                strips = match node.width - first {
-                    1 => backward::<L, Q, 1>(lanes, &node, first, strips, self.x),
-                    2 => backward::<L, Q, 2>(lanes, &node, first, strips, self.x),
-                    3 => backward::<L, Q, 3>(lanes, &node, first, strips, self.x),
-                    _ => backward::<L, Q, 4>(lanes, &node, first, strips, self.x),
-                };
+                strips = through::<Backward, L, Q>(lanes, Place { node: &node, first, strips }, self.x);
             }
         }
     }
 }
 
-/// Solves with the W columns of the first strip, takes their part from the rows below and returns the further strips.
-#[inline(always)]
-fn forward<'a, L: Lanes, const Q: usize, const W: usize>(
-    lanes: L,
-    node: &Supernode<'a>,
+/// Where a sweep has come to: the strip of `node` that begins at its column `first`.
+#[derive(Clone, Copy)]
+struct Place<'n, 'a> {
+    node: &'n Supernode<'a>,
     first: usize,
+    /// That strip and the further ones of the supernode, in the order of L.
     strips: &'a [f64],
-    x: &mut [Row<Q>],
-) -> &'a [f64] {
-    let (strip, further) = strips.split_at(W * (node.width - first + node.rows.len()));
-    let (triangle, strip) = strip.as_chunks::<W>().0.split_at(W);
-    let (top, below) = x[node.first + first..].split_at_mut(W);
-    let mut t = [[lanes.load(&[0.0; 4]); Q]; W];
-    for j in 0..W {
-        t[j] = lanes.load_row(&top[j]);
-        for i in 0..j {
-            t[j] = subtract(lanes, t[j], triangle[j][i], t[i]);
-        }
-        t[j] = multiply(lanes, triangle[j][j], t[j]);
-        lanes.store_row(t[j], &mut top[j]);
-    }
-    let (beside, under) = strip.split_at(node.width - first - W);
-    for (l, row) in beside.iter().zip(&mut *below) {
-        lanes.store_row(subtract_all(lanes, lanes.load_row(row), l, &t), row);
-    }
-    let offset = node.first + first + W;
-    for (l, row) in under.iter().zip(node.rows) {
-        let row = &mut below[row - offset];
-        lanes.store_row(subtract_all(lanes, lanes.load_row(row), l, &t), row);
-    }
-    further
 }
 
-/// Takes the part of the rows below from the W columns of the last strip, solves with them and returns the strips before.
+/// A way through L, strip by strip.
+trait Sweep {
+    /// Does what is to be done with a strip of W columns, and returns the further strips.
+    fn strip<'a, L: Lanes, const Q: usize, const W: usize>(
+        lanes: L,
+        place: Place<'_, 'a>,
+        x: &mut [Row<Q>],
+    ) -> &'a [f64];
+}
+
+/// [`Sweep::strip`] for as many columns as the strip has.
 #[inline(always)]
-fn backward<'a, L: Lanes, const Q: usize, const W: usize>(
-    lanes: L,
-    node: &Supernode<'a>,
-    first: usize,
-    strips: &'a [f64],
-    x: &mut [Row<Q>],
-) -> &'a [f64] {
-    let (before, strip) = strips.split_at(strips.len() - W * (node.width - first + node.rows.len()));
-    let (triangle, strip) = strip.as_chunks::<W>().0.split_at(W);
-    let (top, below) = x[node.first + first..].split_at_mut(W);
-    let mut t = [[lanes.load(&[0.0; 4]); Q]; W];
-    for j in 0..W {
-        t[j] = lanes.load_row(&top[j]);
+fn through<'a, S: Sweep, L: Lanes, const Q: usize>(lanes: L, place: Place<'_, 'a>, x: &mut [Row<Q>]) -> &'a [f64] {
+    match place.node.width - place.first {
+        1 => S::strip::<L, Q, 1>(lanes, place, x),
+        2 => S::strip::<L, Q, 2>(lanes, place, x),
+        3 => S::strip::<L, Q, 3>(lanes, place, x),
+        _ => S::strip::<L, Q, 4>(lanes, place, x),
     }
-    // Backwards, so that all strips stream from memory back to front.
-    let (beside, under) = strip.split_at(node.width - first - W);
-    let offset = node.first + first + W;
-    for (l, row) in under.iter().zip(node.rows).rev() {
-        let row = lanes.load_row(&below[row - offset]);
+}
+
+/// From left to right: solves with the columns, then takes their part from the rows below.
+struct Forward;
+
+impl Sweep for Forward {
+    #[inline(always)]
+    fn strip<'a, L: Lanes, const Q: usize, const W: usize>(
+        lanes: L,
+        place: Place<'_, 'a>,
+        x: &mut [Row<Q>],
+    ) -> &'a [f64] {
+        let Place { node, first, strips } = place;
+        let (strip, further) = strips.split_at(W * (node.width - first + node.rows.len()));
+        let (triangle, strip) = strip.as_chunks::<W>().0.split_at(W);
+        let (top, below) = x[node.first + first..].split_at_mut(W);
+        let mut t = [[lanes.load(&[0.0; 4]); Q]; W];
         for j in 0..W {
-            t[j] = subtract(lanes, t[j], l[j], row);
+            t[j] = lanes.load_row(&top[j]);
+            for i in 0..j {
+                t[j] = subtract(lanes, t[j], triangle[j][i], t[i]);
+            }
+            t[j] = multiply(lanes, triangle[j][j], t[j]);
+            lanes.store_row(t[j], &mut top[j]);
         }
+        let (beside, under) = strip.split_at(node.width - first - W);
+        for (l, row) in beside.iter().zip(&mut *below) {
+            lanes.store_row(subtract_all(lanes, lanes.load_row(row), l, &t), row);
+        }
+        let offset = node.first + first + W;
+        for (l, row) in under.iter().zip(node.rows) {
+            let row = &mut below[row - offset];
+            lanes.store_row(subtract_all(lanes, lanes.load_row(row), l, &t), row);
+        }
+        further
     }
-    for (l, row) in beside.iter().zip(&below[..beside.len()]).rev() {
-        let row = lanes.load_row(row);
+}
+
+/// From right to left: takes the part of the rows below from the columns, then solves with them.
+struct Backward;
+
+impl Sweep for Backward {
+    #[inline(always)]
+    fn strip<'a, L: Lanes, const Q: usize, const W: usize>(
+        lanes: L,
+        place: Place<'_, 'a>,
+        x: &mut [Row<Q>],
+    ) -> &'a [f64] {
+        let Place { node, first, strips } = place;
+        let (before, strip) = strips.split_at(strips.len() - W * (node.width - first + node.rows.len()));
+        let (triangle, strip) = strip.as_chunks::<W>().0.split_at(W);
+        let (top, below) = x[node.first + first..].split_at_mut(W);
+        let mut t = [[lanes.load(&[0.0; 4]); Q]; W];
         for j in 0..W {
-            t[j] = subtract(lanes, t[j], l[j], row);
+            t[j] = lanes.load_row(&top[j]);
         }
-    }
-    for j in (0..W).rev() {
-        for i in j + 1..W {
-            t[j] = subtract(lanes, t[j], triangle[i][j], t[i]);
+        // Backwards, so that all strips stream from memory back to front.
+        let (beside, under) = strip.split_at(node.width - first - W);
+        let offset = node.first + first + W;
+        for (l, row) in under.iter().zip(node.rows).rev() {
+            let row = lanes.load_row(&below[row - offset]);
+            for j in 0..W {
+                t[j] = subtract(lanes, t[j], l[j], row);
+            }
         }
-        t[j] = multiply(lanes, triangle[j][j], t[j]);
-        lanes.store_row(t[j], &mut top[j]);
+        for (l, row) in beside.iter().zip(&below[..beside.len()]).rev() {
+            let row = lanes.load_row(row);
+            for j in 0..W {
+                t[j] = subtract(lanes, t[j], l[j], row);
+            }
+        }
+        for j in (0..W).rev() {
+            for i in j + 1..W {
+                t[j] = subtract(lanes, t[j], triangle[i][j], t[i]);
+            }
+            t[j] = multiply(lanes, triangle[j][j], t[j]);
+            lanes.store_row(t[j], &mut top[j]);
+        }
+        before
     }
-    before
 }
 
 /// sum − Σ l_j · t_j.

@@ -21,7 +21,7 @@ pub fn vertices(landmarks: &[Landmark], sketch: &Sketch, component: &Component) 
         let on_sketch = nearest(sketch, landmark.sketch).filter(|&(_, distance)| distance <= reach);
         if on_sketch.is_none() {
             let [x, y] = landmark.sketch;
-            faults.push(Fault::new(format!("/landmarks/{i}/sketch"), format!("({x}, {y}) is not on the drawing")));
+            faults.push(Fault::new(format!("/landmarks/{i}/sketch"), format!("({x:?}, {y:?}) is not on the drawing")));
         }
         let on_component = component.vertices.binary_search(&landmark.mesh).ok();
         if on_component.is_none() {

@@ -1,5 +1,7 @@
 //! One match from beginning to end.
 
+use std::sync::Arc;
+
 use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
@@ -41,7 +43,8 @@ pub fn run(
 
     let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &component, surroundings, watch))?;
     let (k, l) = (settings.basis.k, settings.basis.k_mesh);
-    let [phi, psi] = [full[0].at_unit_area(k), full[1].at_unit_area(l)];
+    let bases = at_unit_area(&full, [k, l]);
+    let [phi, psi] = &bases;
     let areas = [sketch.mesh().area(), component.mesh.area()];
     let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
     let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
@@ -55,14 +58,14 @@ pub fn run(
     let aligned = aligned.as_ref();
 
     let regions = stages.run(Stage::Regions, |watch| {
-        let [flat, solid] = [(sketch.mesh(), &phi), (&component.mesh, &psi)];
+        let [flat, solid] = [(sketch.mesh(), phi), (&component.mesh, psi)];
         let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
         regions::Correspondence::find(settings, flat, solid, &component, aligned, &scaled, watch)
     })?;
     let problem = stages.run(Stage::Descriptors, |watch| {
         let points = aligned.zip(weight(&settings.alignment));
         let points = points.map(|(aligned, weight)| AlignedPoints { map: &aligned.alignment.map, weight });
-        problem(&settings.descriptors, [&phi, &psi], &scaled, &regions, &landmarks, points, watch)
+        problem(&settings.descriptors, [phi, psi], &scaled, &regions, &landmarks, points, watch)
             .map_err(MatchError::from)
     })?;
     let (start, w, solution) = stages.run(Stage::Map, |watch| {
@@ -71,7 +74,11 @@ pub fn run(
         let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
         Ok::<_, MatchError>((start, w, solution))
     })?;
-    let mut points = stages.run(Stage::Points, |watch| points(settings, sketch, &full, aligned, solution.c, watch))?;
+    let mut points = stages.run(Stage::Points, |watch| {
+        let sizes = upsampled(settings);
+        let longer = (sizes != (k, l)).then(|| at_unit_area(&full, sizes.into()));
+        points(settings, sketch, longer.as_ref().unwrap_or(&bases), aligned, solution.c, watch)
+    })?;
     // What the user knows is not traded for anything.
     landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
 
@@ -90,8 +97,8 @@ pub fn run(
         alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&component)),
         solver: Solver::new(regulariser_name(&settings.regulariser), solution.report),
         intermediate: Intermediate {
-            sketch_eigenvalues: phi.eigenvalues,
-            mesh_eigenvalues: psi.eigenvalues,
+            sketch_eigenvalues: phi.eigenvalues.clone(),
+            mesh_eigenvalues: psi.eigenvalues.clone(),
             spectral_scale: scale,
             regions: regions.reported(&component, mesh.positions().len()),
             initial_c: Matrix::from(start.as_ref()),
@@ -117,7 +124,7 @@ fn spectra(
     component: &Component,
     surroundings: &Surroundings<'_>,
     watch: &dyn Watch,
-) -> Result<[std::sync::Arc<Spectrum>; 2], MatchError> {
+) -> Result<[Arc<Spectrum>; 2], MatchError> {
     let (k, l) = upsampled(settings);
     let boundary = settings.basis.boundary;
     let source = surroundings.spectra;
@@ -130,6 +137,11 @@ fn spectra(
     Ok([phi, psi])
 }
 
+/// The first pairs of both spectra, as many as told, with both shapes at area 1.
+fn at_unit_area([sketch, mesh]: &[Arc<Spectrum>; 2], [k, l]: [usize; 2]) -> [Spectrum; 2] {
+    [sketch.at_unit_area(k), mesh.at_unit_area(l)]
+}
+
 /// The refined map, the vertex of the component for every vertex of the sketch, and how far each is to be trusted.
 struct Points {
     c: Mat<f64>,
@@ -137,16 +149,15 @@ struct Points {
     confidence: Vec<f64>,
 }
 
+/// The points of the map C, refined to these bases at area 1.
 fn points(
     settings: &Settings,
     sketch: &Sketch,
-    [phi, psi]: &[std::sync::Arc<Spectrum>; 2],
+    [phi, psi]: &[Spectrum; 2],
     aligned: Option<&Aligned>,
     c: Mat<f64>,
     watch: &dyn Watch,
 ) -> Result<Points, MatchError> {
-    let (k, l) = upsampled(settings);
-    let (phi, psi) = (phi.at_unit_area(k), psi.at_unit_area(l));
     let (basis, mass) = (phi.eigenfunctions.as_ref(), &phi.mass);
     let target = psi.eigenfunctions.as_ref();
     let c = match settings.refinement {

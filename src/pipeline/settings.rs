@@ -200,7 +200,7 @@ impl Settings {
     fn alignment_faults(&self, faults: &mut Faults) {
         match self.alignment {
             Alignment::View { weight } if !(0.0..=1e6).contains(&weight) => {
-                faults.add("/alignment/weight", format!("must be 0 to 1000000, is {weight}"));
+                faults.add("/alignment/weight", format!("must be 0 to 1000000, is {weight:?}"));
             }
             Alignment::View { .. } => {}
             Alignment::None {} => {

@@ -69,11 +69,6 @@ impl Regions {
         }
         areas
     }
-
-    /// 1 in `region` and 0 elsewhere: n values.
-    pub fn indicator(&self, region: usize) -> Vec<f64> {
-        (0..self.labels.len()).map(|x| f64::from(u8::from(self.region(x) == Some(region)))).collect()
-    }
 }
 
 #[cfg(test)]
@@ -81,12 +76,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn areas_and_indicators_leave_out_vertices_of_no_region() {
+    fn areas_leave_out_vertices_of_no_region() {
         let regions = Regions::new(vec![2, -1, 0, 2]).unwrap();
         assert_eq!(regions.count(), 3);
         assert_eq!(regions.areas(&[1.0, 10.0, 100.0, 1000.0]), [100.0, 0.0, 1001.0]);
-        assert_eq!(regions.indicator(2), [1.0, 0.0, 0.0, 1.0]);
-        assert_eq!(regions.indicator(1), [0.0; 4]);
     }
 
     #[test]

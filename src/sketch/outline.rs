@@ -15,6 +15,9 @@ const MAX_COORDINATE: f64 = 1e12;
 /// A figure smaller than this part of its distance from the origin has lost its digits there.
 const MIN_RELATIVE_SIZE: f64 = 1e-9;
 
+/// How large a figure has to be, so that products of its lengths, and what is made of them, stay normal numbers.
+const MIN_SIZE: f64 = 1e-40;
+
 /// The least share of its bounding square that a figure fills; below it there is nothing to match.
 const MIN_AREA: f64 = 1e-9;
 
@@ -176,7 +179,8 @@ fn coordinate_faults(rings: &[&[[f64; 2]]]) -> Vec<Fault> {
     for (ring, points) in rings.iter().enumerate() {
         let bad = points.iter().enumerate().filter(|(_, p)| p.iter().any(|x| x.is_nan() || x.abs() > MAX_COORDINATE));
         faults.extend(bad.take(MAX_FAULTS).map(|(i, &[x, y])| {
-            let detail = format!("({x}, {y}) is not a point: coordinates must be numbers within ±{MAX_COORDINATE:e}");
+            let detail =
+                format!("({x:?}, {y:?}) is not a point: coordinates must be numbers within ±{MAX_COORDINATE:e}");
             Fault::of(point_pointer(ring, i), detail)
         }));
     }
@@ -188,7 +192,9 @@ fn frame_faults(frame: Frame) -> Vec<Fault> {
     let distance = frame.centre[0].abs().max(frame.centre[1].abs());
     let detail = if frame.size == 0.0 {
         "all points lie at one place"
-    } else if frame.size < MIN_RELATIVE_SIZE * distance || frame.size < f64::MIN_POSITIVE / f64::EPSILON {
+    } else if frame.size < MIN_SIZE {
+        "the figure is too small: the least is 1e-40 across"
+    } else if frame.size < MIN_RELATIVE_SIZE * distance {
         "the figure is too small for its distance from the origin: its points cannot be told apart"
     } else {
         return Vec::new();

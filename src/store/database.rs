@@ -29,12 +29,12 @@ pub(super) async fn open(path: &Path) -> Result<AnyPool, StoreError> {
 
 /// Every migration in its order; a new one is a new file and a new line, an old one is never edited.
 fn migrator() -> Migrator {
-    let store = include_str!("../../migrations/sqlite/0001_store.sql");
-    Migrator::with_migrations(vec![Migration::new(
-        1,
-        "store".into(),
-        MigrationType::Simple,
-        store.into_sql_str(),
-        false,
-    )])
+    let files = [
+        (1, "store", include_str!("../../migrations/sqlite/0001_store.sql")),
+        (2, "jobs by key", include_str!("../../migrations/sqlite/0002_jobs_by_key.sql")),
+    ];
+    let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
+        Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)
+    };
+    Migrator::with_migrations(files.into_iter().map(migration).collect())
 }

@@ -3,7 +3,7 @@ use sqlx::Row;
 use super::{Store, StoreError};
 
 /// How long an answer is remembered: 24 hours.
-const MEMORY_MS: i64 = 24 * 60 * 60 * 1000;
+pub(super) const MEMORY_MS: i64 = 24 * 60 * 60 * 1000;
 
 /// What is known of an idempotency key.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,6 +6,7 @@ use serde_json::Value;
 use sqlx::AssertSqlSafe;
 use uuid::Uuid;
 
+use super::idempotency::MEMORY_MS;
 use super::{Beat, Job, JobKind, Lease, Page, State, Store, StoreError, problem};
 
 /// How long a job stays with a worker that does not report.
@@ -41,6 +42,24 @@ impl Store {
         let jobs: Vec<Job> = query.fetch_all(&self.pool).await?;
         self.announce();
         jobs.into_iter().next().ok_or(StoreError::Database(sqlx::Error::RowNotFound))
+    }
+
+    /// Puts a job into the queue, unless one was put there under the same key within the last 24 hours: that one is
+    /// returned then, whatever has become of it.
+    ///
+    /// # Errors
+    /// What the database said.
+    pub async fn submit_once(&self, kind: JobKind, payload: &str, key: &str) -> Result<Job, StoreError> {
+        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, priority, state, created_ms) \
+                      SELECT $1, $2, $3, $4, $5, 'queued', now_ms FROM clock \
+                      WHERE NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $6) \
+                      ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
+        let query = sqlx::query(insert).bind(Uuid::now_v7().to_string()).bind(kind.as_str()).bind(payload);
+        query.bind(key).bind(kind.priority()).bind(MEMORY_MS).execute(&self.pool).await?;
+        self.announce();
+        let latest =
+            format!("SELECT {} FROM jobs WHERE dedupe = $1 ORDER BY created_ms DESC, id DESC LIMIT 1", Job::COLUMNS);
+        Ok(sqlx::query_as(AssertSqlSafe(latest)).bind(key).fetch_one(&self.pool).await?)
     }
 
     /// Number of jobs that wait for a worker.

@@ -210,6 +210,7 @@ fn outlines() -> Vec<Case> {
         points("three coordinates", "[[0,0],[1,0,0],[0,1]]", "/outline/1"),
         points("one coordinate", "[[0,0],[1],[0,1]]", "/outline/1"),
         points("no coordinate", "[[0,null],[1,0],[0,1]]", "/outline/0/1"),
+        points("a figure of no size", "[[0,0],[1e-100,0],[0,1e-100]]", "/outline"),
         points("a huge coordinate", "[[0,0],[1e300,0],[0,1]]", "/outline/1"),
         holes("a hole outside", "[[[20,20],[21,20],[20,21]]]", "/holes/0"),
         holes("a hole across the outline", "[[[5,5],[15,5],[5,7]]]", "/holes/0"),
@@ -235,8 +236,20 @@ fn drawings() -> Vec<Case> {
     };
     vec![
         drawing("no SVG", "image/svg+xml", "<html></html>"),
+        drawing(
+            "an SVG in UTF-16",
+            "image/svg+xml",
+            "\u{feff}<svg/>".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>(),
+        ),
         drawing("an SVG cut off", "image/svg+xml", &SQUARE_SVG.as_bytes()[..90]),
         svg("an SVG of nothing", ""),
+        svg("groups without end", &("<g>".repeat(20_000) + &"</g>".repeat(20_000))),
+        svg("a group within itself", r##"<g id="a"><use href="#a"/></g>"##),
+        drawing(
+            "an SVG of a file",
+            "image/svg+xml",
+            r#"<!DOCTYPE svg [<!ENTITY e SYSTEM "file:///etc/hostname">]><svg xmlns="http://www.w3.org/2000/svg">&e;</svg>"#,
+        ),
         svg("an SVG of text", "<text>cat</text>"),
         svg("an open stroke", r#"<path d="M0 0L9 0L9 9" fill="none" stroke="black"/>"#),
         drawing("a picture cut off", "image/png", &png[..png.len() / 2]),
@@ -296,8 +309,19 @@ fn requests() -> Vec<Case> {
         ),
         request("a landmark off the mesh", r#""landmarks": [{"sketch": [0, 0], "mesh": 99999}]"#, "/landmarks/0/mesh"),
         request("too few labels", r#""regions": {"method": "given", "sketch": [0], "mesh": [0]}"#, "/regions/sketch"),
+        request(
+            "a label out of range",
+            r#""regions": {"method": "given", "sketch": [0], "mesh": [4294967296]}"#,
+            "/regions/mesh",
+        ),
+        request(
+            "three regions for a pair",
+            r#""regions": {"method": "segmented", "sketch_regions": 2, "mesh_regions": 2, "pairs": [[0, 1, 1]]}"#,
+            "/regions/pairs",
+        ),
         request("no regions", r#""regions": {"method": "auto", "count": 0}"#, "/regions/count"),
         request("an unknown setting", r#""speed": 11"#, "/speed"),
+        Case { status: 400, ..whole("an empty request", "", "body") },
         case("a request without a type", Method::POST, "/v1/matches", 415, Some("header content-type")).carrying("{}"),
     ]
 }

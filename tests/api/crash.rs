@@ -1,52 +1,15 @@
 //! The program itself: killed in the middle of its work, stopped in peace, started where it should not.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::thread;
+use std::process::Command;
 
 use reqwest::Client;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 use crate::drawings;
+use crate::program::{Program, end};
 use crate::server::{id, json_of};
-
-/// The program serving a data directory.
-struct Program {
-    child: Child,
-    address: String,
-}
-
-impl Program {
-    fn start(data: &Path) -> Program {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--workers", "2", "--log-format", "json", "--data-dir"])
-            .arg(data)
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut log = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let entry = |line: String| serde_json::from_str::<Value>(&line).ok();
-        let address = log.by_ref().filter_map(entry).find_map(|entry| Some(entry.get("address")?.as_str()?.to_owned()));
-        let address = format!("http://{}", address.expect("the log tells the address"));
-        thread::spawn(move || log.for_each(drop));
-        Program { child, address }
-    }
-
-    fn url(&self, path: &str) -> String {
-        format!("{}{path}", self.address)
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        // Both fail where the program has ended, which is what is wanted.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
 
 /// The paths of `count` matches queued at the program.
 async fn queued(program: &Program, client: &Client, count: usize) -> Vec<String> {
@@ -62,25 +25,18 @@ async fn queued(program: &Program, client: &Client, count: usize) -> Vec<String>
     paths
 }
 
-/// How a match ended, once it has.
-async fn end(program: &Program, client: &Client, path: &str) -> Value {
-    let events = client.get(program.url(&format!("{path}/events"))).send().await.unwrap();
-    events.text().await.unwrap();
-    json_of(client.get(program.url(path)).send().await.unwrap(), 200).await
-}
-
 #[tokio::test(flavor = "multi_thread")]
 async fn every_match_of_a_killed_server_ends_with_one_result() {
     let data = tempfile::tempdir().unwrap();
     let client = Client::new();
-    let mut program = Program::start(data.path());
+    let mut program = Program::start(data.path(), 2);
     let paths = queued(&program, &client, 12).await;
     assert_eq!(end(&program, &client, &paths[0]).await["status"], "succeeded");
     program.child.kill().unwrap();
     program.child.wait().unwrap();
     drop(program);
 
-    let program = Program::start(data.path());
+    let program = Program::start(data.path(), 2);
     for path in &paths {
         let document = end(&program, &client, path).await;
         assert_eq!(document["status"], "succeeded", "{document}");
@@ -96,14 +52,14 @@ async fn every_match_of_a_killed_server_ends_with_one_result() {
 async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
     let data = tempfile::tempdir().unwrap();
     let client = Client::new();
-    let mut program = Program::start(data.path());
+    let mut program = Program::start(data.path(), 2);
     let paths = queued(&program, &client, 6).await;
     let pid = Pid::from_child(&program.child);
     kill_process(pid, Signal::TERM).unwrap();
     assert!(program.child.wait().unwrap().success());
     drop(program);
 
-    let program = Program::start(data.path());
+    let program = Program::start(data.path(), 2);
     for path in &paths {
         assert_eq!(end(&program, &client, path).await["status"], "succeeded");
     }
@@ -112,7 +68,7 @@ async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
 #[test]
 fn a_second_server_is_refused_the_data_directory() {
     let data = tempfile::tempdir().unwrap();
-    let _program = Program::start(data.path());
+    let _program = Program::start(data.path(), 2);
     let second = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
         .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
         .arg(data.path())

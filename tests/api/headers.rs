@@ -1,5 +1,6 @@
 //! What every answer carries, and keys that keep requests from being carried out twice.
 
+use futures::future::join_all;
 use serde_json::json;
 use sketchmatch::http::Config;
 
@@ -18,6 +19,21 @@ async fn a_key_makes_one_match_of_many_requests() {
     assert_eq!(id(&json_of(first, 202).await), id(&json_of(again, 202).await));
     let other = problem_of(asked(json!({"preset": "thesis"})).await, 422).await;
     assert_eq!(other["errors"][0]["place"], "header idempotency-key");
+    assert_eq!(server.read("/v1/matches").await["items"].as_array().unwrap().len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_key_makes_one_match_of_requests_at_the_same_moment() {
+    let server = Server::working().await;
+    // Short enough to be finished before the last of the requests is looked at.
+    let request = server.request_match(json!({"preset": "thesis"})).await.header("idempotency-key", "one");
+    let requests = (0..24).map(|_| request.try_clone().unwrap().send());
+    let mut ids = Vec::new();
+    for answer in join_all(requests).await {
+        ids.push(id(&json_of(answer.unwrap(), 202).await));
+    }
+    ids.dedup();
+    assert_eq!(ids.len(), 1, "{ids:?}");
     assert_eq!(server.read("/v1/matches").await["items"].as_array().unwrap().len(), 1);
 }
 

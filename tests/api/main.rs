@@ -2,10 +2,12 @@
 
 mod bad_inputs;
 mod crash;
+mod determinism;
 mod drawings;
 mod headers;
 mod openapi;
 mod pictures;
+mod program;
 mod server;
 mod spectra;
 mod uploads;

@@ -52,7 +52,7 @@ pub(super) fn drawing(bytes: &[u8], config: &Config) -> Result<(Drawing, Vec<War
         return Err(Refusal::plain(detail));
     }
     let unreadable = |error: &dyn std::fmt::Display| Refusal::plain(format!("the SVG cannot be read: {error}"));
-    let text = std::str::from_utf8(bytes).map_err(|error| unreadable(&error))?;
+    let text = std::str::from_utf8(bytes).map_err(|_| Refusal::plain("the SVG is not plain text in UTF-8"))?;
     let parsing = ParsingOptions { allow_dtd: true, nodes_limit: nesting::MAX_ELEMENTS as u32, ..Default::default() };
     let document = Document::parse_with_options(text, parsing).map_err(|error| unreadable(&error))?;
     nesting::check(&document)?;

@@ -206,6 +206,21 @@ async fn an_unfinished_job_answers_for_its_equals() {
     assert_eq!(store.queued().await.unwrap(), 2);
 }
 
+#[tokio::test]
+async fn a_key_makes_one_job_a_day_whatever_becomes_of_it() {
+    let (_directory, store) = fresh().await;
+    let submit = |key: &'static str| store.submit_once(JobKind::Match, "null", key);
+    let first = submit("key").await.unwrap();
+    assert_eq!(submit("key").await.unwrap(), first);
+    let lease = claimed(&store).await;
+    store.succeed(&lease, Bytes::new()).await.unwrap();
+    let again = submit("key").await.unwrap();
+    assert_eq!((&again.id, again.state), (&first.id, State::Succeeded));
+    assert_ne!(submit("other").await.unwrap().id, first.id);
+    sqlx::query("UPDATE jobs SET created_ms = 0").execute(&store.pool).await.unwrap();
+    assert_ne!(submit("key").await.unwrap().id, first.id);
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn many_at_once_claim_every_job_once() {
     const JOBS: usize = 60;
