@@ -71,7 +71,14 @@ pub fn run(
         let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
         Ok::<_, MatchError>((start, w, solution))
     })?;
-    let mut points = stages.run(Stage::Points, |watch| points(settings, sketch, &full, aligned, solution.c, watch))?;
+    let mut points = stages.run(Stage::Points, |watch| {
+        let longer = (upsampled(settings) != (k, l)).then(|| {
+            let (k, l) = upsampled(settings);
+            [full[0].at_unit_area(k), full[1].at_unit_area(l)]
+        });
+        let [phi, psi] = longer.as_ref().map_or([&phi, &psi], |[phi, psi]| [phi, psi]);
+        points(settings, sketch, [phi, psi], aligned, solution.c, watch)
+    })?;
     // What the user knows is not traded for anything.
     landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
 
@@ -137,16 +144,15 @@ struct Points {
     confidence: Vec<f64>,
 }
 
+/// The refinement and the conversion that the settings name, in the bases `phi` and `psi` as long as refinement needs them.
 fn points(
     settings: &Settings,
     sketch: &Sketch,
-    [phi, psi]: &[std::sync::Arc<Spectrum>; 2],
+    [phi, psi]: [&Spectrum; 2],
     aligned: Option<&Aligned>,
     c: Mat<f64>,
     watch: &dyn Watch,
 ) -> Result<Points, MatchError> {
-    let (k, l) = upsampled(settings);
-    let (phi, psi) = (phi.at_unit_area(k), psi.at_unit_area(l));
     let (basis, mass) = (phi.eigenfunctions.as_ref(), &phi.mass);
     let target = psi.eigenfunctions.as_ref();
     let c = match settings.refinement {
