@@ -235,6 +235,23 @@ mod tests {
     }
 
     #[test]
+    fn the_first_of_the_nearest_centres_is_told_bit_for_bit() {
+        for (n, d) in [(1, 1), (BLOCK, 3), (2 * BLOCK + 5, 7)] {
+            let points = Mat::from_fn(n, d, |i, j| ((i * (j + 3)) as f64).sin().round() + (i / 9) as f64 * 0.1);
+            let rows: Vec<usize> = (0..n).collect();
+            let centres: Vec<Vec<f64>> = [0, n / 2, 0, n - 1].map(|i| points.row(i).iter().copied().collect()).to_vec();
+            let Assignment { labels, distances } = Points::of(points.as_ref(), &rows, vec![1.0; n]).nearest(&centres);
+            assert_eq!((labels.len(), distances.len()), (n, n));
+            for i in 0..n {
+                let to = |c: &Vec<f64>| (0..d).fold(0.0, |sum, j| sum + (points[(i, j)] - c[j]).powi(2));
+                let least = centres.iter().map(to).fold(f64::INFINITY, f64::min);
+                let first = centres.iter().position(|c| to(c) == least).unwrap();
+                assert_eq!((usize::from(labels[i]), distances[i]), (first, least));
+            }
+        }
+    }
+
+    #[test]
     fn separated_blobs_are_found_whatever_the_seed() {
         let points = line(&[0.0, 0.1, 5.0, 5.1, 9.0, 9.1], &[1.0; 6]);
         for seed in 0..20 {
