@@ -2,7 +2,8 @@
 
 use faer::{Mat, MatRef};
 
-use super::{functional_map, points};
+use super::functional_map;
+use super::points::Target;
 use crate::numerics::{Cancelled, DecompositionError, Watch};
 
 /// Why the refinement ended without a map.
@@ -27,11 +28,12 @@ pub fn refined(
     iterations: usize,
     watch: &dyn Watch,
 ) -> Result<Mat<f64>, IcpError> {
+    let on_mesh = Target::new(psi);
     let mut c = c;
     let mut last = Vec::new();
     for round in 0..iterations {
         watch.proceed(round as f64 / iterations as f64)?;
-        let map = points::by_nearest_neighbour(c.as_ref(), phi, psi, watch)?;
+        let map = on_mesh.by_nearest_neighbour(c.as_ref(), phi, watch)?;
         if map == last {
             break;
         }

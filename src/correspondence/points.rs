@@ -1,77 +1,77 @@
-//! From a functional map to a point map, §2.2.1, in blocks: the n × m matrix Ψ C Φᵀ never stands in memory.
+//! From a functional map to a point map, §2.2.1: the n × m matrix Ψ C Φᵀ is never formed.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::MatRef;
 
+use crate::numerics::patched_rows::PatchedRows;
+use crate::numerics::row_search::{self, Measure};
 use crate::numerics::{Cancelled, Watch};
 
-/// Vertices of the mesh and of the sketch in a block: 256 × 128 products stay in the cache.
-const ROWS: usize = 256;
-const COLUMNS: usize = 128;
+/// The rows of Ψ (n × l) made ready for search: once, where several maps of the same mesh are converted.
+pub struct Target(PatchedRows);
+
+impl Target {
+    pub fn new(psi: MatRef<'_, f64>) -> Target {
+        Target(PatchedRows::of(psi))
+    }
+
+    /// As [`by_indicator`], for C of as many rows as Ψ has columns or fewer: the first columns then count.
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher, asked every so many vertices of the sketch.
+    pub fn by_indicator(
+        &self,
+        c: MatRef<'_, f64>,
+        phi: MatRef<'_, f64>,
+        watch: &dyn Watch,
+    ) -> Result<Vec<u32>, Cancelled> {
+        row_search::least(&self.0, Measure::NegatedProduct, (c * phi.transpose()).as_ref(), watch)
+    }
+
+    /// As [`by_nearest_neighbour`], for C of as many rows as Ψ has columns or fewer: the first columns then count.
+    ///
+    /// # Errors
+    /// As [`Target::by_indicator`].
+    pub fn by_nearest_neighbour(
+        &self,
+        c: MatRef<'_, f64>,
+        phi: MatRef<'_, f64>,
+        watch: &dyn Watch,
+    ) -> Result<Vec<u32>, Cancelled> {
+        row_search::least(&self.0, Measure::SquaredDistance, (c * phi.transpose()).as_ref(), watch)
+    }
+}
 
 /// T(x) = argmax_y (Ψ C Φᵀ)[y, x] for every vertex x of the sketch: where the image of the point's indicator is
 /// largest; of equals, the first.
 ///
 /// # Errors
-/// [`Cancelled`] by the watcher, asked at every block.
+/// As [`Target::by_indicator`].
 pub fn by_indicator(
     c: MatRef<'_, f64>,
     phi: MatRef<'_, f64>,
     psi: MatRef<'_, f64>,
     watch: &dyn Watch,
 ) -> Result<Vec<u32>, Cancelled> {
-    best(psi, &vec![0.0; psi.nrows()], (c * phi.transpose()).as_ref(), watch)
+    Target::new(psi).by_indicator(c, phi, watch)
 }
 
 /// T(x) = argmin_y ‖C φ(x) − ψ(y)‖: the nearest neighbour of column x of C Φᵀ among the rows of Ψ; of equals, the first.
 ///
 /// # Errors
-/// As [`by_indicator`].
+/// As [`Target::by_indicator`].
 pub fn by_nearest_neighbour(
     c: MatRef<'_, f64>,
     phi: MatRef<'_, f64>,
     psi: MatRef<'_, f64>,
     watch: &dyn Watch,
 ) -> Result<Vec<u32>, Cancelled> {
-    // ‖p − ψ‖² = ‖p‖² − 2 (ψ·p − ‖ψ‖²/2): the nearest has the largest ψ·p − ‖ψ‖²/2.
-    let offsets: Vec<f64> = (0..psi.nrows()).map(|y| -0.5 * psi.row(y).squared_norm_l2()).collect();
-    best(psi, &offsets, (c * phi.transpose()).as_ref(), watch)
-}
-
-/// argmax_y ψ(y)·p + offset(y) for every column p of `points` (l × m).
-fn best(
-    psi: MatRef<'_, f64>,
-    offsets: &[f64],
-    points: MatRef<'_, f64>,
-    watch: &dyn Watch,
-) -> Result<Vec<u32>, Cancelled> {
-    let (n, m) = (psi.nrows(), points.ncols());
-    let mut map = Vec::with_capacity(m);
-    for first in (0..m).step_by(COLUMNS) {
-        watch.proceed(first as f64 / m as f64)?;
-        let columns = COLUMNS.min(m - first);
-        let points = points.subcols(first, columns);
-        let mut best = vec![(f64::NEG_INFINITY, 0u32); columns];
-        for top in (0..n).step_by(ROWS) {
-            let rows = ROWS.min(n - top);
-            let mut scores = Mat::<f64>::zeros(rows, columns);
-            matmul(scores.as_mut(), Accum::Replace, psi.subrows(top, rows), points, 1.0, Par::Seq);
-            for (j, best) in best.iter_mut().enumerate() {
-                for (i, score) in scores.col_as_slice(j).iter().enumerate() {
-                    let score = score + offsets[top + i];
-                    if score > best.0 {
-                        *best = (score, (top + i) as u32);
-                    }
-                }
-            }
-        }
-        map.extend(best.iter().map(|&(_, y)| y));
-    }
-    Ok(map)
+    Target::new(psi).by_nearest_neighbour(c, phi, watch)
 }
 
 #[cfg(test)]
 mod tests {
+    use faer::Mat;
+
     use super::*;
     use crate::numerics::Unwatched;
 

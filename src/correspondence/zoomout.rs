@@ -2,7 +2,8 @@
 
 use faer::{Mat, MatRef};
 
-use super::{functional_map, points};
+use super::functional_map;
+use super::points::Target;
 use crate::numerics::{Cancelled, Watch};
 
 /// Eigenfunctions of the sketch added in a step.
@@ -22,10 +23,11 @@ pub fn refined(
 ) -> Result<Mat<f64>, Cancelled> {
     let (last_l, last_k) = (psi.ncols(), phi.ncols());
     let (first_l, first_k) = c.shape();
+    let target = Target::new(psi);
     let mut c = c;
     while c.ncols() < last_k || c.nrows() < last_l {
-        let (l, k) = c.shape();
-        let map = points::by_nearest_neighbour(c.as_ref(), phi.subcols(0, k), psi.subcols(0, l), watch)?;
+        let k = c.ncols();
+        let map = target.by_nearest_neighbour(c.as_ref(), phi.subcols(0, k), watch)?;
         let k = (k + STEP).min(last_k);
         let l = if k == last_k { last_l } else { first_l + (last_l - first_l) * (k - first_k) / (last_k - first_k) };
         c = functional_map(phi.subcols(0, k), mass, psi.subcols(0, l), &map);

@@ -3,8 +3,11 @@
 //! Component f of a descriptor within a region r is the function 1_r(x) Σ_i f(λ_i) φ_i(x)²; its coefficients are G_r f
 //! with G_r[a, i] = Σ_{x ∈ r} m(x) φ_a(x) φ_i(x)², one k × k matrix per region whatever the number of components.
 
+use std::ops::Range;
+
 use faer::{Mat, MatRef};
 
+use crate::numerics::lanes::{self, Kernel, Lanes};
 use crate::numerics::{Cancelled, Watch};
 use crate::regions::Regions;
 use crate::spectral::Spectrum;
@@ -33,24 +36,47 @@ pub fn projections(
     let k = spectrum.len();
     let mut projections: Vec<RegionProjection> =
         (0..regions.count()).map(|_| RegionProjection { indicator: vec![0.0; k], gram: Mat::zeros(k, k) }).collect();
-    let (mut row, mut squares) = (vec![0.0; k], vec![0.0; k]);
-    for (x, &mass) in spectrum.mass.iter().enumerate() {
-        if x % ROUND == 0 {
-            watch.proceed(x as f64 / spectrum.vertices() as f64)?;
-        }
-        let Some(region) = regions.region(x) else { continue };
-        for i in 0..k {
-            row[i] = spectrum.eigenfunctions[(x, i)];
-            squares[i] = mass * row[i] * row[i];
-        }
-        let projection = &mut projections[region];
-        for (i, square) in squares.iter().enumerate() {
-            let column = projection.gram.col_as_slice_mut(i);
-            column.iter_mut().zip(&row).for_each(|(entry, value)| *entry += value * square);
-        }
-        projection.indicator.iter_mut().zip(&row).for_each(|(entry, value)| *entry += mass * value);
+    let vertices = spectrum.vertices();
+    for first in (0..vertices).step_by(ROUND) {
+        watch.proceed(first as f64 / vertices as f64)?;
+        let vertices = first..vertices.min(first + ROUND);
+        lanes::run(AddVertices { spectrum, regions, vertices, projections: &mut projections });
     }
     Ok(projections)
+}
+
+/// Adds what some vertices contribute to the projections of their regions.
+struct AddVertices<'a> {
+    spectrum: &'a Spectrum,
+    regions: &'a Regions,
+    vertices: Range<usize>,
+    projections: &'a mut [RegionProjection],
+}
+
+impl Kernel for AddVertices<'_> {
+    #[inline(always)]
+    fn compute<L: Lanes>(self, _: L) {
+        let k = self.spectrum.len();
+        let (mut row, mut squares) = (vec![0.0; k], vec![0.0; k]);
+        for x in self.vertices {
+            let Some(region) = self.regions.region(x) else { continue };
+            let mass = self.spectrum.mass[x];
+            for i in 0..k {
+                row[i] = self.spectrum.eigenfunctions[(x, i)];
+                squares[i] = mass * row[i] * row[i];
+            }
+            let projection = &mut self.projections[region];
+            for (i, square) in squares.iter().enumerate() {
+                let column = projection.gram.col_as_slice_mut(i);
+                for (entry, value) in column.iter_mut().zip(&row) {
+                    *entry += value * square;
+                }
+            }
+            for (entry, value) in projection.indicator.iter_mut().zip(&row) {
+                *entry += mass * value;
+            }
+        }
+    }
 }
 
 /// The components `filters` (k × count) of the descriptor at every point, n × count: for means over regions.

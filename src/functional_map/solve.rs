@@ -99,9 +99,14 @@ fn l1(
     let step = step(problem.lipschitz()?);
     let thresholds = Scale(step * gamma) * weights;
     let h = Composite {
-        objective: |c: MatRef<'_, f64>| Ok(problem.variable(c) + gamma * weighted_sum(weights, c)),
+        smooth: |c: MatRef<'_, f64>| problem.variable(c),
+        term: |c: MatRef<'_, f64>| Ok(gamma * weighted_sum(weights, c)),
         gradient: |c: MatRef<'_, f64>| problem.gradient(c),
-        proximal: |v: MatRef<'_, f64>| Ok(soft_threshold(v, thresholds.as_ref())),
+        proximal: |v: MatRef<'_, f64>| {
+            let c = soft_threshold(v, thresholds.as_ref());
+            let term = gamma * weighted_sum(weights, c.as_ref());
+            Ok((c, term))
+        },
         step,
     };
     proximal_gradient::minimise(&h, start, stopping, watch)
@@ -117,9 +122,13 @@ fn nuclear(
 ) -> Result<(Mat<f64>, Report), MapError> {
     let step = step(problem.lipschitz()?);
     let h = Composite {
-        objective: |c: MatRef<'_, f64>| Ok(problem.variable(c) + gamma * nuclear_norm(c)?),
+        smooth: |c: MatRef<'_, f64>| problem.variable(c),
+        term: |c: MatRef<'_, f64>| Ok(gamma * nuclear_norm(c)?),
         gradient: |c: MatRef<'_, f64>| problem.gradient(c),
-        proximal: |v: MatRef<'_, f64>| Ok(singular_value_threshold(v, step * gamma)?),
+        proximal: |v: MatRef<'_, f64>| {
+            let (c, norm) = singular_value_threshold(v, step * gamma)?;
+            Ok((c, gamma * norm))
+        },
         step,
     };
     proximal_gradient::minimise(&h, start, stopping, watch)
@@ -250,7 +259,7 @@ mod tests {
                 assert_descends(&report);
                 let step = 1.0 / problem.lipschitz().unwrap();
                 let forward = &c - step * problem.gradient(c.as_ref());
-                let again = singular_value_threshold(forward.as_ref(), 20.0 * step).unwrap();
+                let (again, _) = singular_value_threshold(forward.as_ref(), 20.0 * step).unwrap();
                 assert!((again - &c).norm_l2() < 1e-6 * c.norm_l2().max(1.0));
             }
         }

@@ -2,7 +2,8 @@
 //!
 //! A [`Kernel`] is written once and compiled twice; [`run`] asks the processor and picks. The two round differently in
 //! the last bits (FMA rounds once), so that results are the same from run to run and whatever the thread count, but not
-//! on a machine without FMA.
+//! on a machine without FMA. A kernel that only writes `a * b + c` is compiled to wide arithmetic too, and rounds the same
+//! everywhere.
 
 /// Four numbers in a register.
 pub trait Lanes: Copy {

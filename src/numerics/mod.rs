@@ -10,11 +10,14 @@ pub mod conjugate_gradient;
 pub mod cosamp;
 pub mod least_squares;
 pub mod nelder_mead;
+pub mod patched_rows;
 pub mod proximal_gradient;
 pub mod proximal_operators;
+pub mod row_search;
 
 mod krylov_space;
-mod lanes;
+pub(crate) mod lanes;
+mod oriented_boxes;
 mod tall_block;
 mod triangular_solve;
 

@@ -5,12 +5,14 @@ use faer::{Mat, MatRef};
 use super::{Cancelled, Report, Stopped, Stopping, Watch};
 
 /// A convex function f + g of a matrix, f with a Lipschitz gradient and g with a proximal operator.
-pub struct Composite<O, G, P> {
-    /// f + g; a constant may be left out.
-    pub objective: O,
+pub struct Composite<F, T, G, P> {
+    /// f; a constant may be left out.
+    pub smooth: F,
+    /// g, asked at the start alone.
+    pub term: T,
     /// ∇f.
     pub gradient: G,
-    /// V ↦ the minimiser of λ g(X) + ½ ‖X − V‖²_F with λ = `step`.
+    /// V ↦ the minimiser X of λ g(X) + ½ ‖X − V‖²_F with λ = `step`, and g(X), which often comes with it.
     pub proximal: P,
     /// λ = 1/L, L the Lipschitz constant of ∇f.
     pub step: f64,
@@ -28,23 +30,24 @@ pub struct Composite<O, G, P> {
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher, and whatever the functions return.
-pub fn minimise<E: From<Cancelled>, O, G, P>(
-    function: &Composite<O, G, P>,
+pub fn minimise<E: From<Cancelled>, F, T, G, P>(
+    function: &Composite<F, T, G, P>,
     start: Mat<f64>,
     stopping: Stopping,
     watch: &dyn Watch,
 ) -> Result<(Mat<f64>, Report), E>
 where
-    O: Fn(MatRef<'_, f64>) -> Result<f64, E>,
+    F: Fn(MatRef<'_, f64>) -> f64,
+    T: Fn(MatRef<'_, f64>) -> Result<f64, E>,
     G: Fn(MatRef<'_, f64>) -> Mat<f64>,
-    P: Fn(MatRef<'_, f64>) -> Result<Mat<f64>, E>,
+    P: Fn(MatRef<'_, f64>) -> Result<(Mat<f64>, f64), E>,
 {
     let step = |y: &Mat<f64>| -> Result<(Mat<f64>, f64), E> {
-        let x = (function.proximal)((y - function.step * (function.gradient)(y.as_ref())).as_ref())?;
-        let value = (function.objective)(x.as_ref())?;
+        let (x, term) = (function.proximal)((y - function.step * (function.gradient)(y.as_ref())).as_ref())?;
+        let value = (function.smooth)(x.as_ref()) + term;
         Ok((x, value))
     };
-    let mut value = (function.objective)(start.as_ref())?;
+    let mut value = (function.smooth)(start.as_ref()) + (function.term)(start.as_ref())?;
     let mut history = vec![value];
     let (mut x, mut x_before) = (start.clone(), start);
     let mut omega = 1.0;
@@ -115,9 +118,17 @@ mod tests {
             }
         }
 
-        fn value(&self, x: MatRef<'_, f64>) -> f64 {
+        fn smooth(&self, x: MatRef<'_, f64>) -> f64 {
+            inner_product((0.5 * (x * &self.gram) - &self.cross).as_ref(), x)
+        }
+
+        fn term(&self, x: MatRef<'_, f64>) -> f64 {
             let sum: f64 = x.col_iter().map(|column| column.iter().map(|x| x.abs()).sum::<f64>()).sum();
-            inner_product((0.5 * (x * &self.gram) - &self.cross).as_ref(), x) + self.threshold * sum
+            self.threshold * sum
+        }
+
+        fn value(&self, x: MatRef<'_, f64>) -> f64 {
+            self.smooth(x) + self.term(x)
         }
 
         fn gradient(&self, x: MatRef<'_, f64>) -> Mat<f64> {
@@ -131,9 +142,14 @@ mod tests {
 
         fn minimise(&self, stopping: Stopping, watch: &dyn Watch) -> Result<(Mat<f64>, Report), Cancelled> {
             let function = Composite {
-                objective: |x: MatRef<'_, f64>| Ok(self.value(x)),
+                smooth: |x: MatRef<'_, f64>| self.smooth(x),
+                term: |x: MatRef<'_, f64>| Ok(self.term(x)),
                 gradient: |x: MatRef<'_, f64>| self.gradient(x),
-                proximal: |v: MatRef<'_, f64>| Ok(self.proximal(v)),
+                proximal: |v: MatRef<'_, f64>| {
+                    let x = self.proximal(v);
+                    let term = self.term(x.as_ref());
+                    Ok((x, term))
+                },
                 step: self.step,
             };
             minimise(&function, Mat::zeros(4, 6), stopping, watch)

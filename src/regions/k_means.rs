@@ -3,10 +3,11 @@
 use faer::MatRef;
 use rand::{Rng, RngExt};
 
+use crate::numerics::lanes::{self, Kernel, Lanes};
 use crate::numerics::{Cancelled, Watch};
 
-/// Points whose distances to a centre are taken together, so that the innermost loop runs along a coordinate.
-const BLOCK: usize = 256;
+/// Points whose distances to a centre are taken together: as many as stay in registers beside what is known of them.
+const BLOCK: usize = 16;
 
 /// Lloyd's rounds at most; the assignment has usually settled after 10 to 30.
 const ROUNDS: usize = 50;
@@ -16,8 +17,10 @@ pub(super) type Label = u16;
 
 /// Points of a Euclidean space, each with a weight.
 pub(super) struct Points {
-    /// One vector per dimension, of one coordinate per point.
-    coordinates: Vec<Vec<f64>>,
+    /// The coordinates of block after block of points, dimension by dimension within each; the last block is filled up
+    /// with zeros.
+    coordinates: Vec<[f64; BLOCK]>,
+    dimensions: usize,
     weights: Vec<f64>,
 }
 
@@ -30,8 +33,18 @@ struct Assignment {
 impl Points {
     /// The rows of `points` (n × d) named by `rows`, weighted by `weights`, one per name.
     pub(super) fn of(points: MatRef<'_, f64>, rows: &[usize], weights: Vec<f64>) -> Self {
-        let coordinates = (0..points.ncols()).map(|j| rows.iter().map(|&i| points[(i, j)]).collect()).collect();
-        Self { coordinates, weights }
+        Self::new(points.ncols(), weights, |i, j| points[(rows[i], j)])
+    }
+
+    /// The points whose coordinate j is `coordinate(i, j)`, one per weight.
+    fn new(dimensions: usize, weights: Vec<f64>, coordinate: impl Fn(usize, usize) -> f64) -> Self {
+        let mut coordinates = vec![[0.0; BLOCK]; weights.len().div_ceil(BLOCK) * dimensions];
+        for j in 0..dimensions {
+            for i in 0..weights.len() {
+                coordinates[i / BLOCK * dimensions + j][i % BLOCK] = coordinate(i, j);
+            }
+        }
+        Self { coordinates, dimensions, weights }
     }
 
     fn len(&self) -> usize {
@@ -44,47 +57,39 @@ impl Points {
     fn sample(&self, size: usize, random: &mut impl Rng) -> Self {
         let step = self.weights.iter().sum::<f64>() / size as f64;
         let mut running = random.random::<f64>() * step;
-        let mut drawn = (Vec::new(), Vec::new());
+        let (mut passed, mut drawn) = ((running / step) as u64, (Vec::new(), Vec::new()));
         for (i, weight) in self.weights.iter().enumerate() {
-            let before = (running / step).floor();
             running += weight;
-            let marks = (running / step).floor() - before;
-            if marks > 0.0 {
+            // What is not negative is rounded down.
+            let marks = ((running / step) as u64).saturating_sub(passed);
+            if marks > 0 {
                 drawn.0.push(i);
-                drawn.1.push(marks);
+                drawn.1.push(marks as f64);
+                passed += marks;
             }
         }
         let (rows, weights) = drawn;
-        let coordinates = self.coordinates.iter().map(|c| rows.iter().map(|&i| c[i]).collect()).collect();
-        Self { coordinates, weights }
+        Self::new(self.dimensions, weights, |i, j| self.coordinate(rows[i], j))
+    }
+
+    fn coordinate(&self, i: usize, j: usize) -> f64 {
+        self.coordinates[i / BLOCK * self.dimensions + j][i % BLOCK]
     }
 
     fn point(&self, i: usize) -> Vec<f64> {
-        self.coordinates.iter().map(|coordinate| coordinate[i]).collect()
+        (0..self.dimensions).map(|j| self.coordinate(i, j)).collect()
     }
 
     /// The first of the nearest of `centres`, for every point.
     fn nearest(&self, centres: &[Vec<f64>]) -> Assignment {
-        let mut nearest = Assignment { labels: vec![0; self.len()], distances: vec![f64::INFINITY; self.len()] };
-        for start in (0..self.len()).step_by(BLOCK) {
-            let block = start..(start + BLOCK).min(self.len());
-            for (label, centre) in (0..).zip(centres) {
-                let mut buffer = [0.0; BLOCK];
-                let distances = &mut buffer[..block.len()];
-                for (coordinate, c) in self.coordinates.iter().zip(centre) {
-                    for (distance, x) in distances.iter_mut().zip(&coordinate[block.clone()]) {
-                        *distance += (x - c) * (x - c);
-                    }
-                }
-                for (i, &distance) in block.clone().zip(&*distances) {
-                    if distance < nearest.distances[i] {
-                        nearest.distances[i] = distance;
-                        nearest.labels[i] = label;
-                    }
-                }
-            }
-        }
-        nearest
+        let blocks = self.len().div_ceil(BLOCK);
+        let mut labels = vec![[0; BLOCK]; blocks];
+        let mut distances = vec![[f64::INFINITY; BLOCK]; blocks];
+        lanes::run(Nearest { points: self, centres, labels: &mut labels, distances: &mut distances });
+        let (mut labels, mut distances) = (labels.into_flattened(), distances.into_flattened());
+        labels.truncate(self.len());
+        distances.truncate(self.len());
+        Assignment { labels, distances }
     }
 
     /// k-means++: every centre is a point, drawn in proportion to weight × squared distance to the nearest before it.
@@ -110,16 +115,57 @@ impl Points {
         for (&label, weight) in labels.iter().zip(&self.weights) {
             totals[usize::from(label)] += weight;
         }
-        for (j, coordinate) in self.coordinates.iter().enumerate() {
-            let mut sums = vec![0.0; centres.len()];
-            for ((&label, weight), x) in labels.iter().zip(&self.weights).zip(coordinate) {
-                sums[usize::from(label)] += weight * x;
-            }
-            for (centre, (sum, total)) in centres.iter_mut().zip(sums.iter().zip(&totals)) {
-                if *total > 0.0 {
-                    centre[j] = sum / total;
+        // Point by point: the sums of one label wait for one another, those of its dimensions do not.
+        let d = self.dimensions;
+        let mut sums = vec![0.0; centres.len() * d];
+        for (block, (labels, weights)) in labels.chunks(BLOCK).zip(self.weights.chunks(BLOCK)).enumerate() {
+            let coordinates = &self.coordinates[block * d..][..d];
+            for (l, (&label, weight)) in labels.iter().zip(weights).enumerate() {
+                let sums = &mut sums[usize::from(label) * d..][..d];
+                for (sum, coordinate) in sums.iter_mut().zip(coordinates) {
+                    *sum += weight * coordinate[l];
                 }
             }
+        }
+        for (label, (centre, total)) in centres.iter_mut().zip(totals).enumerate() {
+            if total > 0.0 {
+                let sums = &sums[label * d..][..d];
+                centre.iter_mut().zip(sums).for_each(|(c, sum)| *c = sum / total);
+            }
+        }
+    }
+}
+
+/// Gives every point the label of the first of the nearest centres, and the squared distance to it.
+struct Nearest<'a> {
+    points: &'a Points,
+    centres: &'a [Vec<f64>],
+    labels: &'a mut [[Label; BLOCK]],
+    distances: &'a mut [[f64; BLOCK]],
+}
+
+impl Kernel for Nearest<'_> {
+    #[inline(always)]
+    fn compute<L: Lanes>(self, _: L) {
+        let d = self.points.dimensions;
+        for (block, (labels, least)) in self.labels.iter_mut().zip(self.distances).enumerate() {
+            let coordinates = &self.points.coordinates[block * d..][..d];
+            // As wide as the distances, so that one comparison chooses both.
+            let mut nearest = [0u64; BLOCK];
+            for (label, centre) in (0..).zip(self.centres) {
+                let mut distances = [0.0; BLOCK];
+                for (coordinate, c) in coordinates.iter().zip(centre) {
+                    for (distance, x) in distances.iter_mut().zip(coordinate) {
+                        *distance += (x - c) * (x - c);
+                    }
+                }
+                for l in 0..BLOCK {
+                    let nearer = distances[l] < least[l];
+                    least[l] = if nearer { distances[l] } else { least[l] };
+                    nearest[l] = if nearer { label } else { nearest[l] };
+                }
+            }
+            *labels = nearest.map(|label| label as Label);
         }
     }
 }
@@ -189,6 +235,23 @@ mod tests {
     }
 
     #[test]
+    fn the_first_of_the_nearest_centres_is_told_bit_for_bit() {
+        for (n, d) in [(1, 1), (BLOCK, 3), (2 * BLOCK + 5, 7)] {
+            let points = Mat::from_fn(n, d, |i, j| ((i * (j + 3)) as f64).sin().round() + (i / 9) as f64 * 0.1);
+            let rows: Vec<usize> = (0..n).collect();
+            let centres: Vec<Vec<f64>> = [0, n / 2, 0, n - 1].map(|i| points.row(i).iter().copied().collect()).to_vec();
+            let Assignment { labels, distances } = Points::of(points.as_ref(), &rows, vec![1.0; n]).nearest(&centres);
+            assert_eq!((labels.len(), distances.len()), (n, n));
+            for i in 0..n {
+                let to = |c: &Vec<f64>| (0..d).fold(0.0, |sum, j| sum + (points[(i, j)] - c[j]).powi(2));
+                let least = centres.iter().map(to).fold(f64::INFINITY, f64::min);
+                let first = centres.iter().position(|c| to(c) == least).unwrap();
+                assert_eq!((usize::from(labels[i]), distances[i]), (first, least));
+            }
+        }
+    }
+
+    #[test]
     fn separated_blobs_are_found_whatever_the_seed() {
         let points = line(&[0.0, 0.1, 5.0, 5.1, 9.0, 9.1], &[1.0; 6]);
         for seed in 0..20 {
@@ -243,7 +306,8 @@ mod tests {
         let points = line(&(0..1000).map(f64::from).collect::<Vec<_>>(), &weights);
         let sample = points.sample(200, &mut ChaCha8Rng::seed_from_u64(1));
         assert!((sample.weights.iter().sum::<f64>() - 200.0).abs() <= 1.0);
-        let heavy = sample.coordinates[0].iter().zip(&sample.weights).filter(|(x, _)| **x < 500.0).map(|(_, w)| w);
+        let heavy = sample.coordinates.as_flattened().iter().zip(&sample.weights);
+        let heavy = heavy.filter(|(x, _)| **x < 500.0).map(|(_, w)| w);
         assert!((heavy.sum::<f64>() - 150.0).abs() <= 1.0);
     }
 
