@@ -14,7 +14,7 @@ pub mod proximal_gradient;
 pub mod proximal_operators;
 
 mod krylov_space;
-mod lanes;
+pub(crate) mod lanes;
 mod tall_block;
 mod triangular_solve;
 
