@@ -3,6 +3,7 @@
 use super::energy::{SCALES, median};
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
+use super::sampled_distances::Place;
 use crate::numerics::{Cancelled, Watch};
 
 /// Sure points of the outline, and the fewest there must be.
@@ -44,10 +45,12 @@ pub fn mapped(
     let anchors: Vec<Anchor> = kept.map(|(anchor, _)| anchor).collect();
 
     let vertices = mesh.positions.len() as u32;
-    let mut fields = Vec::with_capacity(anchors.len());
-    for anchor in &anchors {
+    let places: Vec<Place> = anchors.iter().map(|anchor| mesh.distances.at(anchor.mesh)).collect();
+    let mut fields = vec![Vec::with_capacity(vertices as usize); anchors.len()];
+    for v in 0..vertices {
         watch.proceed(0.0)?;
-        fields.push((0..vertices).map(|v| mesh.distances.between(anchor.mesh, v) as f32).collect::<Vec<f32>>());
+        let place = mesh.distances.at(v);
+        fields.iter_mut().zip(&places).for_each(|(field, anchor)| field.push(anchor.to(&place) as f32));
     }
     let mut answer = Vec::with_capacity(map.len());
     for x in 0..map.len() {

@@ -33,7 +33,7 @@ pub mod views;
 mod visible;
 pub mod warping;
 
-use attempt::Attempt;
+use attempt::{Attempt, attempts};
 use candidates::candidates;
 use flat_shape::FlatShape;
 use frame::Frame;
@@ -125,11 +125,7 @@ pub fn aligned(
 ) -> Result<Alignment, AlignmentError> {
     let landmarks = &Landmarks::new(shape, landmarks);
     let candidates = candidates(shape, mesh, watch)?;
-    let mut attempts = candidates
-        .into_iter()
-        .map(|candidate| Attempt::on(shape, mesh, candidate, landmarks))
-        .collect::<Result<Vec<Attempt>, _>>()?;
-    attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    let mut attempts = attempts(shape, mesh, candidates, landmarks, PLAUSIBLE.max(UNDECIDED))?;
     let best = best_in_pose(&mut attempts, shape, mesh, landmarks, watch)?;
     let best = if landmarks.is_empty() { best } else { best.mended(shape, mesh, landmarks)? };
     let second = attempts.into_iter().find(|other| {

@@ -1,5 +1,7 @@
 //! The mesh in another pose: limbs swung about their joints.
 
+use std::collections::BTreeSet;
+
 use super::flat_shape::FlatShape;
 use super::frame::Frame;
 use super::prepared::PreparedMesh;
@@ -79,12 +81,14 @@ pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn W
         },
     };
     best.total = best.pose.cost;
+    // None of the poses tried was better than the best of now.
+    let mut known = BTreeSet::from([key(&best.pose.angles)]);
     for steps in PASSES {
         for _ in 0..ROUNDS {
             let mut better = Vec::new();
             for (limbs, swing) in moves(count, &pairs, steps) {
                 let angles = swung(&best.pose.angles, &limbs, &swing);
-                if angles.iter().any(|a| a.abs() > MOST) {
+                if angles.iter().any(|a| a.abs() > MOST) || !known.insert(key(&angles)) {
                     continue;
                 }
                 let tried = seen(angles, limbs)?;
@@ -105,7 +109,8 @@ pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn W
                     used.extend(&tried.limbs);
                 }
             }
-            let together = if used.len() > better[0].limbs.len() { Some(seen(angles, used)?) } else { None };
+            let another = used.len() > better[0].limbs.len() && known.insert(key(&angles));
+            let together = if another { Some(seen(angles, used)?) } else { None };
             let first = better.swap_remove(0);
             best = match together {
                 Some(together) if together.total < first.total => together,
@@ -138,6 +143,11 @@ struct Tried {
     total: f64,
     limbs: Vec<usize>,
     pose: Pose,
+}
+
+/// A pose as a key; a swing there and back leaves 0, never −0.
+fn key(angles: &[f64]) -> Vec<u64> {
+    angles.iter().map(|angle| angle.to_bits()).collect()
 }
 
 fn swung(angles: &[f64], limbs: &[usize], swing: &[f64]) -> Vec<f64> {
