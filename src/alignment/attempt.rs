@@ -79,18 +79,22 @@ impl Attempt {
         self.angles.iter().map(|angle| angle.abs()).sum()
     }
 
-    /// The attempt with the mesh's limbs swung as the sketch has them, where that explains it better.
+    /// The attempt with the mesh's limbs swung as the sketch has them, where that explains it better and is likely to
+    /// score no more than `most`.
     pub fn in_pose(
         self,
         shape: &FlatShape,
         mesh: &PreparedMesh,
         landmarks: &Landmarks,
+        most: f64,
         watch: &dyn Watch,
     ) -> Result<Attempt, AlignmentError> {
         if self.laying.cost <= POSE_FROM || mesh.limbs.is_empty() {
             return Ok(self);
         }
-        let pose = pose::fitted(shape, mesh, &self.view, watch)?;
+        // Other costs than that of the outlines change little.
+        let most = most - (self.score() - self.laying.cost);
+        let Some(pose) = pose::fitted(shape, mesh, &self.view, most, watch)? else { return Ok(self) };
         let positions = posed(mesh, &self.view.frame, &pose.angles);
         let candidate = Candidate::new(shape, pose.view, self.kind);
         let posed = Attempt::seen(shape, mesh, candidate, positions, pose.angles, landmarks)?;

@@ -178,8 +178,11 @@ fn best_in_pose(
 ) -> Result<Attempt, AlignmentError> {
     let most = attempts.first().map_or(f64::INFINITY, |best| best.score() + UNDECIDED);
     let undecided = attempts.iter().take(POSED).take_while(|attempt| attempt.score() <= most).count();
-    let posed = attempts.drain(..undecided).map(|attempt| attempt.in_pose(shape, mesh, landmarks, watch));
-    let mut posed = posed.collect::<Result<Vec<Attempt>, _>>()?;
+    let mut posed: Vec<Attempt> = Vec::with_capacity(undecided);
+    for attempt in attempts.drain(..undecided) {
+        let least = posed.iter().map(Attempt::score).fold(f64::INFINITY, f64::min);
+        posed.push(attempt.in_pose(shape, mesh, landmarks, least, watch)?);
+    }
     posed.sort_by(|a, b| a.score().total_cmp(&b.score()));
     attempts.splice(..0, posed);
     // Every mesh has a view along the normal of its plane of symmetry, so that there is an attempt.

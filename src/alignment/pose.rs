@@ -57,11 +57,17 @@ pub fn posed(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<[f64; 3]
 }
 
 /// The pose of least cost a greedy search finds from the mesh as it is: swings of single limbs and opposite swings of
-/// neighbouring ones, wide ones first.
+/// neighbouring ones, wide ones first. None where after these it still costs more than `most`.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher, asked at every pose tried.
-pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn Watch) -> Result<Pose, Cancelled> {
+pub fn fitted(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    view: &View,
+    most: f64,
+    watch: &dyn Watch,
+) -> Result<Option<Pose>, Cancelled> {
     let count = mesh.limbs.len();
     let seen = |angles: Vec<f64>, limbs: Vec<usize>| {
         watch.proceed(0.0)?;
@@ -117,8 +123,11 @@ pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn W
                 _ => first,
             };
         }
+        if best.total > most {
+            return Ok(None);
+        }
     }
-    Ok(best.pose)
+    Ok(Some(best.pose))
 }
 
 /// The swings as they are, and those where limbs side by side in the picture exchange their places: for every such

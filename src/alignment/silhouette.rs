@@ -78,8 +78,9 @@ struct Pen {
 
 impl Pen {
     fn fill(&mut self, [a, b, c]: [[i32; 2]; 3]) {
-        let [[left, bottom], [right, top]] = [i32::min, i32::max]
-            .map(|pick: fn(i32, i32) -> i32| [0, 1].map(|axis| pick(pick(a[axis], b[axis]), c[axis])));
+        let least = |axis: usize| a[axis].min(b[axis]).min(c[axis]);
+        let most = |axis: usize| a[axis].max(b[axis]).max(c[axis]);
+        let (left, right, bottom, top) = (least(0), most(0), least(1), most(1));
         // Most triangles of a fine mesh are all corners.
         if right - left <= 1 && top - bottom <= 1 {
             [a, b, c].into_iter().for_each(|[x, y]| self.inside.set(x as usize, y as usize));
