@@ -14,8 +14,6 @@ use super::warping::{differences, warp};
 use super::{AlignmentError, Pair};
 use crate::numerics::Watch;
 
-/// What a view from anywhere must be better by than one along an axis of the body.
-const SPHERE_PENALTY: f64 = 0.02;
 /// The cost of the outlines above which another pose is looked for.
 const POSE_FROM: f64 = 0.05;
 /// What a radian of swing must be worth.
@@ -51,20 +49,20 @@ impl Attempt {
         candidate: Candidate,
         landmarks: &Landmarks,
     ) -> Result<Attempt, AlignmentError> {
-        let Candidate { view, kind, .. } = candidate;
-        Attempt::seen(shape, mesh, (view, kind), mesh.positions.clone(), vec![0.0; mesh.limbs.len()], landmarks)
+        let angles = vec![0.0; mesh.limbs.len()];
+        Attempt::seen(shape, mesh, candidate, mesh.positions.clone(), angles, landmarks)
     }
 
     pub fn seen(
         shape: &FlatShape,
         mesh: &PreparedMesh,
-        (view, kind): (View, Kind),
+        candidate: Candidate,
         positions: Vec<[f64; 3]>,
         angles: Vec<f64>,
         landmarks: &Landmarks,
     ) -> Result<Attempt, AlignmentError> {
-        let differences = differences(&shape.contour, &view.contour);
-        let laying = laid(shape, &view, &differences, &warp(&differences), &[])?;
+        let Candidate { view, kind, differences, warp } = candidate;
+        let laying = laid(shape, &view, &differences, &warp, &[])?;
         let map = lifted(mesh, &positions, &view.frame, &laying.positions);
         let distortion = distortion(shape, &mesh.distances, &map);
         let astray = landmarks.astray(mesh, &map);
@@ -73,8 +71,8 @@ impl Attempt {
 
     /// What the attempt costs: outlines, distortion, landmarks missed; the less the better.
     pub fn score(&self) -> f64 {
-        let unusual = if matches!(self.kind, Kind::Sphere(_)) { SPHERE_PENALTY } else { 0.0 };
-        self.laying.cost + self.distortion.mean + LANDMARK_PRICE * self.astray + EFFORT * self.swing() + unusual
+        let own = self.laying.cost + self.distortion.mean + LANDMARK_PRICE * self.astray + EFFORT * self.swing();
+        own + self.kind.penalty()
     }
 
     /// All swings of the pose together, in radians.
@@ -82,20 +80,25 @@ impl Attempt {
         self.angles.iter().map(|angle| angle.abs()).sum()
     }
 
-    /// The attempt with the mesh's limbs swung as the sketch has them, where that explains it better.
+    /// The attempt with the mesh's limbs swung as the sketch has them, where that explains it better and is likely to
+    /// score no more than `most`.
     pub fn in_pose(
         self,
         shape: &FlatShape,
         mesh: &PreparedMesh,
         landmarks: &Landmarks,
+        most: f64,
         watch: &dyn Watch,
     ) -> Result<Attempt, AlignmentError> {
         if self.laying.cost <= POSE_FROM || mesh.limbs.is_empty() {
             return Ok(self);
         }
-        let pose = pose::fitted(shape, mesh, &self.view, watch)?;
+        // Other costs than that of the outlines change little.
+        let most = most - (self.score() - self.laying.cost);
+        let Some(pose) = pose::fitted(shape, mesh, &self.view, most, watch)? else { return Ok(self) };
         let positions = posed(mesh, &self.view.frame, &pose.angles);
-        let posed = Attempt::seen(shape, mesh, (pose.view, self.kind), positions, pose.angles, landmarks)?;
+        let candidate = Candidate::new(shape, pose.view, self.kind);
+        let posed = Attempt::seen(shape, mesh, candidate, positions, pose.angles, landmarks)?;
         Ok(if posed.score() < self.score() { posed } else { self })
     }
 
@@ -190,6 +193,30 @@ impl Attempt {
         let map = lifted(mesh, &self.positions, &view.frame, &laying.positions);
         Attempt { view, laying, ..self.clone() }.answering(shape, mesh, landmarks, map)
     }
+}
+
+/// The attempts on the candidates, best first, but for those that cannot come within `margin` of the best.
+pub(super) fn attempts(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    candidates: Vec<Candidate>,
+    landmarks: &Landmarks,
+    margin: f64,
+) -> Result<Vec<Attempt>, AlignmentError> {
+    let mut candidates: Vec<(usize, Candidate)> = candidates.into_iter().enumerate().collect();
+    candidates.sort_by(|a, b| a.1.least_score().total_cmp(&b.1.least_score()));
+    let mut best = f64::INFINITY;
+    let mut attempts: Vec<(usize, Attempt)> = Vec::new();
+    for (rank, candidate) in candidates {
+        if candidate.least_score() > best + margin {
+            break;
+        }
+        let attempt = Attempt::on(shape, mesh, candidate, landmarks)?;
+        best = best.min(attempt.score());
+        attempts.push((rank, attempt));
+    }
+    attempts.sort_by(|a, b| a.1.score().total_cmp(&b.1.score()).then(a.0.cmp(&b.0)));
+    Ok(attempts.into_iter().map(|(_, attempt)| attempt).collect())
 }
 
 /// The vertices in front of places in the picture.

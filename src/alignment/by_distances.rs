@@ -4,6 +4,7 @@ use super::Pair;
 use super::energy::{SCALES, median};
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
+use super::sampled_distances::Place;
 use crate::numerics::{Cancelled, Watch};
 
 /// Sure points of the outline, and the fewest there must be.
@@ -68,10 +69,12 @@ pub(super) fn answered(
     watch: &dyn Watch,
 ) -> Result<Vec<u32>, Cancelled> {
     let vertices = mesh.positions.len() as u32;
-    let mut fields = Vec::with_capacity(anchors.len());
-    for anchor in anchors {
+    let places: Vec<Place> = anchors.iter().map(|anchor| mesh.distances.at(anchor.mesh)).collect();
+    let mut fields = vec![Vec::with_capacity(vertices as usize); anchors.len()];
+    for v in 0..vertices {
         watch.proceed(0.0)?;
-        fields.push((0..vertices).map(|v| mesh.distances.between(anchor.mesh, v) as f32).collect::<Vec<f32>>());
+        let place = mesh.distances.at(v);
+        fields.iter_mut().zip(&places).for_each(|(field, anchor)| field.push(anchor.to(&place) as f32));
     }
     let mut answer = map.to_vec();
     for x in (0..map.len()).filter(|&x| wrong[x]) {

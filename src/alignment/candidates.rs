@@ -3,21 +3,37 @@
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
 use super::view::View;
-use super::warping::{cost, differences};
+use super::warping::{Warp, cost, cost_along, differences, warp};
 use crate::mesh::{dot, subtract};
 use crate::numerics::{Cancelled, Watch};
 
 /// Views that are tried of either kind.
 const CANONICAL: usize = 6;
 const SPHERE: usize = 3;
+/// What a view from anywhere must be better by than one along an axis of the body.
+const SPHERE_PENALTY: f64 = 0.02;
 /// Starting points of the warp: every so many samples.
 const CANONICAL_EVERY: usize = 2;
 const SPHERE_EVERY: usize = 3;
 
-/// A view, and where it is from.
+/// A view, where it is from, and how the sketch's outline lies on its own.
 pub struct Candidate {
     pub view: View,
     pub kind: Kind,
+    pub differences: Vec<f32>,
+    pub warp: Warp,
+}
+
+impl Candidate {
+    pub fn new(shape: &FlatShape, view: View, kind: Kind) -> Candidate {
+        let differences = differences(&shape.contour, &view.contour);
+        Candidate { view, kind, warp: warp(&differences), differences }
+    }
+
+    /// What an attempt on the candidate costs at least.
+    pub fn least_score(&self) -> f64 {
+        cost_along(&self.warp.path, &self.differences) + self.kind.penalty()
+    }
 }
 
 /// Where a candidate is from.
@@ -25,6 +41,12 @@ pub struct Candidate {
 pub enum Kind {
     Canonical(usize),
     Sphere(usize),
+}
+
+impl Kind {
+    pub fn penalty(self) -> f64 {
+        if matches!(self, Kind::Sphere(_)) { SPHERE_PENALTY } else { 0.0 }
+    }
 }
 
 /// The canonical views and then those of the sphere with the least contour cost.
@@ -60,13 +82,12 @@ pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> 
             chosen.push((k, side));
         }
     }
-    let canonical = chosen
-        .into_iter()
-        .map(|(k, side)| Candidate { view: seen(&mesh.canonical[k], side), kind: Kind::Canonical(k) });
+    let canonical =
+        chosen.into_iter().map(|(k, side)| Candidate::new(shape, seen(&mesh.canonical[k], side), Kind::Canonical(k)));
     let sphere = sides(&mesh.sphere, SPHERE_EVERY)?
         .into_iter()
         .take(SPHERE)
-        .map(|(_, k, side)| Candidate { view: seen(&mesh.sphere[k], side), kind: Kind::Sphere(k) });
+        .map(|(_, k, side)| Candidate::new(shape, seen(&mesh.sphere[k], side), Kind::Sphere(k)));
     Ok(canonical.chain(sphere).collect())
 }
 

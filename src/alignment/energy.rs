@@ -1,7 +1,7 @@
 //! How far a point map bends the distances within the sketch.
 
 use super::flat_shape::FlatShape;
-use super::sampled_distances::SampledDistances;
+use super::sampled_distances::{Place, SampledDistances};
 
 /// The distortion a pair of points counts with at most.
 const MOST: f64 = 0.4;
@@ -23,11 +23,12 @@ pub struct Distortion {
 /// The distortion of the map (m vertices of the mesh).
 pub fn distortion(shape: &FlatShape, distances: &SampledDistances, map: &[u32]) -> Distortion {
     let count = shape.samples.len();
+    let places: Vec<Place> = shape.samples.iter().map(|&sample| distances.at(map[sample as usize])).collect();
     let mut pairs = Vec::with_capacity(count * count / 2);
     for i in 0..count {
         for j in 0..i {
             let flat = shape.distances[i][shape.samples[j] as usize];
-            let solid = distances.between(map[shape.samples[i] as usize], map[shape.samples[j] as usize]);
+            let solid = places[i].to(&places[j]);
             pairs.push((i, j, flat, solid));
         }
     }

@@ -1,14 +1,20 @@
 //! Shortest paths inside a picture between points of its outline.
 
+use super::bitmap::Bitmap;
 use super::silhouette::Mask;
+use crate::numerics::lanes::vectorised;
 
-/// Shortest paths between points, each from a row to a column.
+/// Shortest paths between points.
 pub(super) struct InnerPaths {
     /// Blocks in a row; the last one may be filled up with points that nothing reaches.
     blocks: usize,
+    /// From row to column, which is as far as back.
     lengths: Vec<[f32; BLOCK]>,
-    /// The point that the path visits first.
+    /// The point that the path from row to column visits first.
     first: Vec<[u32; BLOCK]>,
+    /// The point that the path from column to row visits first; of both, only those at or behind the block of the
+    /// diagonal are kept up.
+    back: Vec<[u32; BLOCK]>,
 }
 
 /// Columns worked on side by side.
@@ -26,32 +32,38 @@ impl InnerPaths {
         let blocks = n.div_ceil(BLOCK);
         let columns = (0..blocks).map(|block| std::array::from_fn(|lane| (block * BLOCK + lane) as u32));
         let first = std::iter::repeat_n(columns, n).flatten().collect();
-        let mut paths = InnerPaths { blocks, lengths: vec![[f32::INFINITY; BLOCK]; n * blocks], first };
-        let widened = widened(inside);
+        let back = (0..n).flat_map(|i| std::iter::repeat_n([i as u32; BLOCK], blocks)).collect();
+        let mut paths = InnerPaths { blocks, lengths: vec![[f32::INFINITY; BLOCK]; n * blocks], first, back };
+        let room = Room::around(&inside.inside.widened());
         for i in 0..n {
             *paths.length_mut(i, i) = 0.0;
             for j in i + 1..n {
                 let [x, y] = [0, 1].map(|axis| points[j][axis] - points[i][axis]);
                 let length = (x * x + y * y).sqrt();
                 let neighbours = j == i + 1 || (i == 0 && j == n - 1);
-                if neighbours || sees(&widened, points[i], points[j], length) {
+                if neighbours || room.sees(points[i], points[j], length) {
                     *paths.length_mut(i, j) = length as f32;
                     *paths.length_mut(j, i) = length as f32;
                 }
             }
         }
-        paths.shorten();
+        vectorised(
+            #[inline(always)]
+            || paths.shorten(),
+        );
         paths
     }
 
     /// Length in pixels of the shortest path.
     pub fn length(&self, from: usize, to: usize) -> f32 {
-        self.lengths[from * self.blocks + to / BLOCK][to % BLOCK]
+        let (row, column) = (from.min(to), from.max(to));
+        self.lengths[row * self.blocks + column / BLOCK][column % BLOCK]
     }
 
     /// The point that the path visits first.
     pub fn first(&self, from: usize, to: usize) -> usize {
-        self.first[from * self.blocks + to / BLOCK][to % BLOCK] as usize
+        let (table, row, column) = if from <= to { (&self.first, from, to) } else { (&self.back, to, from) };
+        table[row * self.blocks + column / BLOCK][column % BLOCK] as usize
     }
 
     fn length_mut(&mut self, from: usize, to: usize) -> &mut f32 {
@@ -59,70 +71,109 @@ impl InnerPaths {
     }
 
     /// Floyd and Warshall's algorithm: allows one more point on the way at a time.
+    #[inline(always)]
     fn shorten(&mut self) {
-        let blocks = self.blocks.max(1);
-        for k in 0..self.lengths.len() / blocks {
-            let onward = self.lengths[k * blocks..][..blocks].to_vec();
-            for (lengths, first) in self.lengths.chunks_exact_mut(blocks).zip(self.first.chunks_exact_mut(blocks)) {
-                let (length, toward) = (lengths[k / BLOCK][k % BLOCK], first[k / BLOCK][k % BLOCK]);
+        let blocks = self.blocks;
+        let n = self.lengths.len() / blocks.max(1);
+        let (mut onward, mut toward) = (vec![[f32::INFINITY; BLOCK]; blocks], vec![[0; BLOCK]; blocks]);
+        for k in 0..n {
+            for j in 0..n {
+                onward[j / BLOCK][j % BLOCK] = self.length(j, k);
+                toward[j / BLOCK][j % BLOCK] = self.first(j, k) as u32;
+            }
+            let rows = self.lengths.chunks_exact_mut(blocks).zip(self.first.chunks_exact_mut(blocks));
+            for (i, ((lengths, first), back)) in rows.zip(self.back.chunks_exact_mut(blocks)).enumerate() {
+                let (length, step) = (onward[i / BLOCK][i % BLOCK], toward[i / BLOCK][i % BLOCK]);
                 if length.is_infinite() {
                     continue;
                 }
-                for ((lengths, first), rest) in lengths.iter_mut().zip(first).zip(&onward) {
-                    (*lengths, *first) = shorter((*lengths, *first), length, toward, rest);
+                let own = lengths.iter_mut().zip(first).zip(back);
+                for (((lengths, first), back), (rest, toward)) in own.zip(onward.iter().zip(&toward)).skip(i / BLOCK) {
+                    let through = std::array::from_fn(
+                        #[inline(always)]
+                        |lane| length + rest[lane],
+                    );
+                    // Few are, so that to look first is the quicker way.
+                    if any_shorter(&through, lengths) {
+                        for lane in 0..BLOCK {
+                            let shorter = through[lane] < lengths[lane] - ROUNDING;
+                            lengths[lane] = if shorter { through[lane] } else { lengths[lane] };
+                            first[lane] = if shorter { step } else { first[lane] };
+                            back[lane] = if shorter { toward[lane] } else { back[lane] };
+                        }
+                    }
                 }
             }
         }
     }
 }
 
-/// The paths of a block, or those through one more point where they are shorter. By value, so that all lanes are
-/// written whatever is shorter, which a processor does at once.
+/// Whether one of the paths through another point is shorter than that there is.
 #[inline(always)]
-fn shorter(
-    (mut lengths, mut first): ([f32; BLOCK], [u32; BLOCK]),
-    length: f32,
-    toward: u32,
-    rest: &[f32; BLOCK],
-) -> ([f32; BLOCK], [u32; BLOCK]) {
+fn any_shorter(through: &[f32; BLOCK], lengths: &[f32; BLOCK]) -> bool {
+    let mut shorter = 0;
     for lane in 0..BLOCK {
-        let through = length + rest[lane];
-        let shorter = through < lengths[lane] - ROUNDING;
-        lengths[lane] = if shorter { through } else { lengths[lane] };
-        first[lane] = if shorter { toward } else { first[lane] };
+        shorter |= u32::from(through[lane] < lengths[lane] - ROUNDING);
     }
-    (lengths, first)
+    shorter != 0
 }
 
-/// The picture and every pixel beside it.
-fn widened(mask: &Mask) -> Mask {
-    let side = mask.side;
-    let mut wide = mask.clone();
-    for (y, row) in mask.inside.chunks_exact(side.max(1)).enumerate() {
-        let own = &mut wide.inside[y * side..][..side];
-        for x in 1..side {
-            own[x] |= row[x - 1];
-            own[x - 1] |= row[x];
-        }
-        for beside in [y.wrapping_sub(1), y + 1].into_iter().filter(|&y| y < side) {
-            wide.inside[beside * side..][..side].iter_mut().zip(row).for_each(|(wide, &inside)| *wide |= inside);
-        }
-    }
-    wide
+/// Per pixel how far a ray goes on from it, at least, before it may leave the picture.
+struct Room {
+    side: usize,
+    /// Pixels; 0 outside.
+    steps: Vec<u8>,
 }
 
-/// Whether the segment between two points of this distance is inside, looked at in steps of a pixel or less.
-fn sees(mask: &Mask, from: [f64; 2], to: [f64; 2], length: f64) -> bool {
-    // In 2^−16 of a pixel; centres of pixels are at whole numbers.
-    const ONE: f64 = 65536.0;
-    let steps = length as i32 + 2;
-    let [dx, dy] = [0, 1].map(|axis| ((to[axis] - from[axis]) / f64::from(steps) * ONE) as i32);
-    let [mut x, mut y] = from.map(|x| ((x + 0.5) * ONE) as i32);
-    (1..steps).all(|_| {
-        (x, y) = (x + dx, y + dy);
-        let pixel = (y >> 16) as usize * mask.side + (x >> 16) as usize;
-        mask.inside.get(pixel) == Some(&true)
-    })
+/// Pixels to each side within which the surroundings of a pixel are looked at.
+const SURROUNDINGS: [usize; 4] = [1, 3, 6, 12];
+
+impl Room {
+    fn around(picture: &Bitmap) -> Room {
+        let side = picture.width();
+        let mut steps = vec![0; side * picture.height()];
+        let mut inside = picture.clone();
+        let mut reach = 0;
+        for next in SURROUNDINGS.into_iter().map(Some).chain([None]) {
+            for (y, row) in steps.chunks_exact_mut(side.max(1)).enumerate() {
+                inside.runs(y).for_each(|run| row[run].fill(reach as u8 + 1));
+            }
+            if let Some(next) = next {
+                inside = inside.narrowed(next - reach);
+                reach = next;
+            }
+        }
+        Room { side, steps }
+    }
+
+    /// Whether the segment between two points of this distance is inside, looked at in steps of a pixel or less.
+    fn sees(&self, from: [f64; 2], to: [f64; 2], length: f64) -> bool {
+        // In 2^−16 of a pixel; centres of pixels are at whole numbers.
+        const ONE: f64 = 65536.0;
+        let steps = length as i32 + 2;
+        let [dx, dy] = [0, 1].map(|axis| ((to[axis] - from[axis]) / f64::from(steps) * ONE) as i32);
+        let [x, y] = from.map(|x| ((x + 0.5) * ONE) as i32);
+        let room = |step: i32| {
+            let (x, y) = ((x + step * dx) >> 16, (y + step * dy) >> 16);
+            let pixel = (y as usize).wrapping_mul(self.side).wrapping_add(x as usize);
+            i32::from(self.steps.get(pixel).copied().unwrap_or(0))
+        };
+        // Between limbs most are outside.
+        if room(steps / 2) == 0 {
+            return false;
+        }
+        // From both ends at once, which a processor can do side by side.
+        let (mut low, mut high) = (1, steps - 1);
+        while low <= high {
+            let (ahead, back) = (room(low), room(high));
+            if ahead == 0 || back == 0 {
+                return false;
+            }
+            low += ahead;
+            high -= back;
+        }
+        true
+    }
 }
 
 #[cfg(test)]
@@ -130,7 +181,13 @@ mod tests {
     use super::*;
 
     fn mask(inside: impl Fn(usize, usize) -> bool) -> Mask {
-        Mask { side: 64, inside: (0..64 * 64).map(|p| inside(p % 64, p / 64)).collect(), low: [0.0; 2], scale: 1.0 }
+        let mut picture = Bitmap::new(64, 64);
+        for (x, y) in (0..64 * 64).map(|pixel| (pixel % 64, pixel / 64)) {
+            if inside(x, y) {
+                picture.set(x, y);
+            }
+        }
+        Mask { inside: picture, low: [0.0; 2], scale: 1.0 }
     }
 
     #[test]
@@ -152,5 +209,56 @@ mod tests {
         let paths = InnerPaths::between(&points, &mask(|_, _| false));
         assert_eq!(paths.length(1, 5), 4.0);
         assert_eq!((paths.first(1, 5), paths.length(0, 8)), (2, 8.0));
+    }
+
+    /// As [`InnerPaths::between`], path by path.
+    fn naive(points: &[[f64; 2]], inside: &Mask) -> Vec<Vec<(f32, usize)>> {
+        let n = points.len();
+        let wide = inside.inside.widened();
+        let sees = |a: [f64; 2], b: [f64; 2], length: f64| {
+            let steps = length as i32 + 2;
+            let [dx, dy] = [0, 1].map(|axis| ((b[axis] - a[axis]) / f64::from(steps) * 65536.0) as i32);
+            let [mut x, mut y] = a.map(|x| ((x + 0.5) * 65536.0) as i32);
+            (1..steps).all(|_| {
+                (x, y) = (x + dx, y + dy);
+                wide.get((x >> 16) as usize, (y >> 16) as usize)
+            })
+        };
+        let straight = |i: usize, j: usize| {
+            let (a, b) = (points[i.min(j)], points[i.max(j)]);
+            let [x, y] = [0, 1].map(|axis| b[axis] - a[axis]);
+            let length = (x * x + y * y).sqrt();
+            let neighbours = [1, n - 1].contains(&i.abs_diff(j));
+            if i == j || neighbours || sees(a, b, length) { length as f32 } else { f32::INFINITY }
+        };
+        let mut paths: Vec<Vec<_>> = (0..n).map(|i| (0..n).map(|j| (straight(i, j), j)).collect()).collect();
+        for k in 0..n {
+            for i in 0..n {
+                for j in 0..n {
+                    let through = paths[i][k].0 + paths[k][j].0;
+                    if through < paths[i][j].0 - ROUNDING {
+                        paths[i][j] = (through, paths[i][k].1);
+                    }
+                }
+            }
+        }
+        paths
+    }
+
+    #[test]
+    fn paths_are_those_found_one_by_one() {
+        for lobes in [2.0, 3.0, 7.0] {
+            let radius = |angle: f64| 16.0 + 11.0 * (lobes * angle).cos();
+            let figure = mask(|x, y| {
+                let [x, y] = [x, y].map(|x| x as f64 - 32.0);
+                x.hypot(y) < radius(y.atan2(x))
+            });
+            let angles = (0..61).map(|k| f64::from(k) * std::f64::consts::TAU / 61.0);
+            let points: Vec<[f64; 2]> = angles.map(|a| [a.cos(), a.sin()].map(|x| 32.0 + radius(a) * x)).collect();
+            let (paths, naive) = (InnerPaths::between(&points, &figure), naive(&points, &figure));
+            for (i, j) in (0..61).flat_map(|i| (0..61).map(move |j| (i, j))) {
+                assert_eq!((paths.length(i, j), paths.first(i, j)), naive[i][j], "{i} {j}");
+            }
+        }
     }
 }

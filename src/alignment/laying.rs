@@ -159,12 +159,12 @@ fn nearest_parameter(curve: &[[f64; 2]], [x, y]: [f64; 2]) -> (f64, f64) {
         let edge = [b[0] - a[0], b[1] - a[1]];
         let along = (x - a[0]) * edge[0] + (y - a[1]) * edge[1];
         let t = (along / (edge[0] * edge[0] + edge[1] * edge[1]).max(1e-12)).clamp(0.0, 1.0);
-        let gap = (x - a[0] - t * edge[0]).hypot(y - a[1] - t * edge[1]);
+        let gap = (x - a[0] - t * edge[0]).powi(2) + (y - a[1] - t * edge[1]).powi(2);
         if gap < best.1 {
             best = (i as f64 + t, gap);
         }
     }
-    best
+    (best.0, best.1.sqrt())
 }
 
 /// The point of a closed polygon at index + fraction.
@@ -190,9 +190,9 @@ fn tangents(curve: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// The nearest point within reach whose tangent is about parallel.
 fn closest(curve: &[[f64; 2]], tangents: &[[f64; 2]], at: [f64; 2], along: [f64; 2]) -> Option<[f64; 2]> {
-    let mut best = (REACH, None);
+    let mut best = (REACH * REACH, None);
     for (&point, tangent) in curve.iter().zip(tangents) {
-        let distance = (point[0] - at[0]).hypot(point[1] - at[1]);
+        let distance = (point[0] - at[0]).powi(2) + (point[1] - at[1]).powi(2);
         if distance < best.0 && along[0] * tangent[0] + along[1] * tangent[1] > PARALLEL {
             best = (distance, Some(point));
         }

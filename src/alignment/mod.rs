@@ -5,6 +5,7 @@
 //! like its own, the mesh put into its pose, and the places in the picture lifted to the surface behind them.
 
 mod attempt;
+mod bitmap;
 mod by_distances;
 mod candidates;
 pub mod contour;
@@ -34,7 +35,7 @@ pub mod views;
 mod visible;
 pub mod warping;
 
-use attempt::Attempt;
+use attempt::{Attempt, attempts};
 use candidates::candidates;
 use flat_shape::FlatShape;
 use frame::Frame;
@@ -127,11 +128,7 @@ pub fn aligned(
 ) -> Result<Alignment, AlignmentError> {
     let landmarks = &Landmarks::new(shape, landmarks);
     let candidates = candidates(shape, mesh, watch)?;
-    let mut attempts = candidates
-        .into_iter()
-        .map(|candidate| Attempt::on(shape, mesh, candidate, landmarks))
-        .collect::<Result<Vec<Attempt>, _>>()?;
-    attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    let mut attempts = attempts(shape, mesh, candidates, landmarks, PLAUSIBLE.max(UNDECIDED))?;
     let best = best_in_pose(&mut attempts, shape, mesh, landmarks, watch)?;
     let best = if landmarks.is_empty() { best } else { reconciled(best, shape, mesh, landmarks, watch)? };
     let second = attempts.into_iter().find(|other| {
@@ -184,8 +181,11 @@ fn best_in_pose(
 ) -> Result<Attempt, AlignmentError> {
     let most = attempts.first().map_or(f64::INFINITY, |best| best.score() + UNDECIDED);
     let undecided = attempts.iter().take(POSED).take_while(|attempt| attempt.score() <= most).count();
-    let posed = attempts.drain(..undecided).map(|attempt| attempt.in_pose(shape, mesh, landmarks, watch));
-    let mut posed = posed.collect::<Result<Vec<Attempt>, _>>()?;
+    let mut posed: Vec<Attempt> = Vec::with_capacity(undecided);
+    for attempt in attempts.drain(..undecided) {
+        let least = posed.iter().map(Attempt::score).fold(f64::INFINITY, f64::min);
+        posed.push(attempt.in_pose(shape, mesh, landmarks, least, watch)?);
+    }
     posed.sort_by(|a, b| a.score().total_cmp(&b.score()));
     attempts.splice(..0, posed);
     // Every mesh has a view along the normal of its plane of symmetry, so that there is an attempt.

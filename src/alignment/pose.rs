@@ -1,5 +1,7 @@
 //! The mesh in another pose: limbs swung about their joints.
 
+use std::collections::BTreeSet;
+
 use super::flat_shape::FlatShape;
 use super::frame::Frame;
 use super::prepared::PreparedMesh;
@@ -55,11 +57,17 @@ pub fn posed(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<[f64; 3]
 }
 
 /// The pose of least cost a greedy search finds from the mesh as it is: swings of single limbs and opposite swings of
-/// neighbouring ones, wide ones first.
+/// neighbouring ones, wide ones first. None where after these it still costs more than `most`.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher, asked at every pose tried.
-pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn Watch) -> Result<Pose, Cancelled> {
+pub fn fitted(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    view: &View,
+    most: f64,
+    watch: &dyn Watch,
+) -> Result<Option<Pose>, Cancelled> {
     let count = mesh.limbs.len();
     let seen = |angles: Vec<f64>, limbs: Vec<usize>| {
         watch.proceed(0.0)?;
@@ -79,12 +87,14 @@ pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn W
         },
     };
     best.total = best.pose.cost;
+    // None of the poses tried was better than the best of now.
+    let mut known = BTreeSet::from([key(&best.pose.angles)]);
     for steps in PASSES {
         for _ in 0..ROUNDS {
             let mut better = Vec::new();
             for (limbs, swing) in moves(count, &pairs, steps) {
                 let angles = swung(&best.pose.angles, &limbs, &swing);
-                if angles.iter().any(|a| a.abs() > MOST) {
+                if angles.iter().any(|a| a.abs() > MOST) || !known.insert(key(&angles)) {
                     continue;
                 }
                 let tried = seen(angles, limbs)?;
@@ -105,15 +115,19 @@ pub fn fitted(shape: &FlatShape, mesh: &PreparedMesh, view: &View, watch: &dyn W
                     used.extend(&tried.limbs);
                 }
             }
-            let together = if used.len() > better[0].limbs.len() { Some(seen(angles, used)?) } else { None };
+            let another = used.len() > better[0].limbs.len() && known.insert(key(&angles));
+            let together = if another { Some(seen(angles, used)?) } else { None };
             let first = better.swap_remove(0);
             best = match together {
                 Some(together) if together.total < first.total => together,
                 _ => first,
             };
         }
+        if best.total > most {
+            return Ok(None);
+        }
     }
-    Ok(best.pose)
+    Ok(Some(best.pose))
 }
 
 /// The swings as they are, and those where limbs side by side in the picture exchange their places: for every such
@@ -138,6 +152,11 @@ struct Tried {
     total: f64,
     limbs: Vec<usize>,
     pose: Pose,
+}
+
+/// A pose as a key; a swing there and back leaves 0, never −0.
+fn key(angles: &[f64]) -> Vec<u64> {
+    angles.iter().map(|angle| angle.to_bits()).collect()
 }
 
 fn swung(angles: &[f64], limbs: &[usize], swing: &[f64]) -> Vec<f64> {

@@ -1,5 +1,7 @@
 //! Pictures of projected triangles.
 
+use super::bitmap::Bitmap;
+
 /// Longer side of the picture, border included, in pixels.
 const SIDE: usize = 256;
 
@@ -9,10 +11,8 @@ pub(super) const MARGIN: f64 = 10.0;
 /// A square picture in black and white, and where it lies in the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mask {
-    /// Pixels in a row and rows in the picture.
-    pub side: usize,
-    /// side × side, row by row in the direction of +y: whether a pixel belongs to the figure.
-    pub inside: Vec<bool>,
+    /// Rows in the direction of +y: whether a pixel belongs to the figure.
+    pub inside: Bitmap,
     /// Lower left corner of the figure's bounding box, in units of the points.
     pub low: [f64; 2],
     /// Pixels per unit of the points. Centres of pixels are at whole numbers, and the point p at
@@ -23,7 +23,7 @@ pub struct Mask {
 impl Mask {
     /// Pixels of the figure.
     pub fn area(&self) -> usize {
-        self.inside.iter().filter(|&&inside| inside).count()
+        self.inside.area()
     }
 
     /// The point of the plane at a place in the picture.
@@ -45,20 +45,22 @@ pub fn silhouette(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> Mask {
         [0, 1].map(|axis| ((p[axis] - low[axis]) * scale + MARGIN + 0.5).clamp(0.0, SIDE as f64 - 1.0) as i32)
     };
     let pixels: Vec<[i32; 2]> = points.iter().map(pixel).collect();
-    let mut pen = Pen { inside: vec![false; SIDE * SIDE], spans: [EMPTY; SIDE] };
+    let mut pen = Pen { inside: Bitmap::new(SIDE, SIDE), spans: [EMPTY; SIDE] };
     for triangle in triangles {
         pen.fill(triangle.map(|v| pixels[v as usize]));
     }
-    Mask { side: SIDE, inside: pen.inside, low, scale }
+    Mask { inside: pen.inside, low, scale }
 }
 
 /// The lower left corner and the longer side of the bounding box of all corners of triangles.
 fn bounds(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> ([f64; 2], f64) {
+    let mut corner = vec![false; points.len()];
+    triangles.as_flattened().iter().for_each(|&v| corner[v as usize] = true);
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for &v in triangles.as_flattened() {
+    for (point, _) in points.iter().zip(&corner).filter(|&(_, &corner)| corner) {
         for axis in 0..2 {
-            low[axis] = low[axis].min(points[v as usize][axis]);
-            high[axis] = high[axis].max(points[v as usize][axis]);
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
         }
     }
     if triangles.is_empty() { ([0.0; 2], 0.0) } else { (low, (high[0] - low[0]).max(high[1] - low[1])) }
@@ -69,7 +71,7 @@ const EMPTY: [i32; 2] = [i32::MAX, i32::MIN];
 
 /// The picture in work, and room for the rows of one triangle.
 struct Pen {
-    inside: Vec<bool>,
+    inside: Bitmap,
     /// First and last pixel of the triangle in hand by row; empty between triangles.
     spans: [[i32; 2]; SIDE],
 }
@@ -78,20 +80,23 @@ impl Pen {
     fn fill(&mut self, [a, b, c]: [[i32; 2]; 3]) {
         let least = |axis: usize| a[axis].min(b[axis]).min(c[axis]);
         let most = |axis: usize| a[axis].max(b[axis]).max(c[axis]);
-        let (bottom, top) = (least(1), most(1));
+        let (left, right, bottom, top) = (least(0), most(0), least(1), most(1));
         // Most triangles of a fine mesh are all corners.
-        if most(0) - least(0) <= 1 && top - bottom <= 1 {
-            for [x, y] in [a, b, c] {
-                self.inside[y as usize * SIDE + x as usize] = true;
-            }
+        if right - left <= 1 && top - bottom <= 1 {
+            [a, b, c].into_iter().for_each(|[x, y]| self.inside.set(x as usize, y as usize));
+            return;
+        }
+        let rows = bottom as usize..=top as usize;
+        // Of the far side of a body little is left to do.
+        if rows.clone().all(|y| self.inside.full(y, left as usize, right as usize + 1)) {
             return;
         }
         for (p, q) in [(a, b), (b, c), (c, a)] {
             self.edge(p, q);
         }
-        for y in bottom as usize..=top as usize {
+        for y in rows {
             let [from, to] = std::mem::replace(&mut self.spans[y], EMPTY);
-            self.inside[y * SIDE + from as usize..=y * SIDE + to as usize].fill(true);
+            self.inside.fill(y, from as usize, to as usize + 1, true);
         }
     }
 
@@ -121,10 +126,9 @@ mod tests {
     fn a_square_fills_the_picture_but_for_the_border() {
         let points = [[3.0, 3.0], [5.0, 3.0], [5.0, 5.0], [3.0, 5.0], [900.0, 0.0]];
         let mask = silhouette(&points, &[[0, 1, 2], [3, 0, 2]]);
-        assert_eq!((mask.low, mask.scale, mask.side), ([3.0, 3.0], 118.0, 256));
-        for (pixel, &inside) in mask.inside.iter().enumerate() {
-            let [x, y] = [pixel % 256, pixel / 256];
-            assert_eq!(inside, (10..=246).contains(&x) && (10..=246).contains(&y));
+        assert_eq!((mask.low, mask.scale, mask.inside.width()), ([3.0, 3.0], 118.0, 256));
+        for [x, y] in (0..256 * 256).map(|pixel| [pixel % 256, pixel / 256]) {
+            assert_eq!(mask.inside.get(x, y), (10..=246).contains(&x) && (10..=246).contains(&y));
         }
         assert_eq!(mask.area(), 237 * 237);
         assert_eq!(mask.point([128.0, 10.0]), [4.0, 3.0]);
@@ -137,8 +141,9 @@ mod tests {
         let cross = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| {
             ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])) / (b[0] - a[0]).hypot(b[1] - a[1])
         };
-        for (pixel, &inside) in mask.inside.iter().enumerate() {
-            let p = mask.point([pixel % 256, pixel / 256].map(|x| x as f64));
+        for [x, y] in (0..256 * 256).map(|pixel| [pixel % 256, pixel / 256]) {
+            let inside = mask.inside.get(x, y);
+            let p = mask.point([x as f64, y as f64]);
             let depth = (0..3).map(|i| cross(corners[i], corners[(i + 1) % 3], p)).fold(f64::INFINITY, f64::min);
             assert!(inside || depth * mask.scale < 1.0, "missed");
             assert!(!inside || depth * mask.scale > -1.2, "{} beyond", depth * mask.scale);
@@ -148,7 +153,7 @@ mod tests {
     #[test]
     fn a_needle_is_a_line_without_a_gap() {
         let mask = silhouette(&[[0.0, 0.0], [1.0, 0.37], [0.5, 0.185]], &[[0, 1, 2]]);
-        let columns: Vec<usize> = (0..256).map(|x| (0..256).filter(|y| mask.inside[y * 256 + x]).count()).collect();
+        let columns: Vec<usize> = (0..256).map(|x| (0..256).filter(|&y| mask.inside.get(x, y)).count()).collect();
         assert!(columns[10..=246].iter().all(|&count| count == 1 || count == 2));
     }
 

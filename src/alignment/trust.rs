@@ -4,6 +4,7 @@ use super::energy::Distortion;
 use super::flat_shape::FlatShape;
 use super::laying::Laying;
 use super::prepared::PreparedMesh;
+use super::sampled_distances::Place;
 
 /// A logistic regression on standardised logarithms, fitted to the errors of silhouettes of animals and persons laid on
 /// meshes of others and of themselves, turned and mirrored: of the distortion of the nearest sample, the local stretch of
@@ -39,10 +40,11 @@ pub fn trust(
 /// large where neighbours lie on different limbs or on different sides of the body.
 fn tears(shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> Vec<f64> {
     let (mut sum, mut count) = (vec![0.0; map.len()], vec![0.0; map.len()]);
+    let places: Vec<Place> = map.iter().map(|&vertex| mesh.distances.at(vertex)).collect();
     for &(i, j, _) in &shape.edges {
         let (i, j) = (i as usize, j as usize);
         let (p, q) = (shape.positions[i], shape.positions[j]);
-        let tear = (mesh.distances.between(map[i], map[j]) / scale - (p[0] - q[0]).hypot(p[1] - q[1])).abs();
+        let tear = (places[i].to(&places[j]) / scale - (p[0] - q[0]).hypot(p[1] - q[1])).abs();
         for v in [i, j] {
             sum[v] += tear;
             count[v] += 1.0;

@@ -52,6 +52,16 @@ pub fn run(kernel: impl Kernel) {
     kernel.compute(Portable);
 }
 
+/// Runs a computation compiled for the widest registers the processor has; it and all it calls must be
+/// `#[inline(always)]`. Operations are neither contracted nor reordered, so that the result is the same on any processor.
+pub fn vectorised<R>(computation: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(simd, computation);
+    }
+    computation()
+}
+
 #[derive(Clone, Copy)]
 struct Portable;
 
