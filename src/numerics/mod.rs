@@ -5,7 +5,6 @@
 
 pub mod block_lanczos;
 pub mod cholesky;
-
 pub mod conjugate_gradient;
 pub mod cosamp;
 pub mod least_squares;
