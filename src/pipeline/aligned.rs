@@ -5,7 +5,6 @@ use super::request::Part;
 use super::{MatchError, Surroundings};
 use crate::alignment::flat_shape::FlatShape;
 use crate::alignment::frame::Frame;
-use crate::alignment::prepared::PreparedMesh;
 use crate::alignment::{self, Alignment, Pair, Way};
 use crate::mesh::connectivity::Component;
 use crate::mesh::dot;
@@ -36,22 +35,18 @@ pub(super) fn aligned(
     let shape = FlatShape::new(sketch.mesh(), watch)?;
     let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
     let alignment = alignment::aligned(&shape, &prepared, &pairs, watch)?;
+    let toward = dot(prepared.symmetry.normal, alignment.frame.toward_camera).signum();
+    let in_front = |v: &u32| toward * prepared.symmetry.height(prepared.positions[*v as usize]) > -BEYOND;
     let part = match part {
         Part::Whole => SeenPart::Whole,
         Part::Side => SeenPart::Side,
-        Part::Auto if alignment.sideways => SeenPart::Side,
+        // Of many poses a far leg is seen too.
+        Part::Auto if alignment.sideways && alignment.map.iter().all(in_front) => SeenPart::Side,
         Part::Auto => SeenPart::Whole,
     };
-    let visible = visible(&prepared, &alignment.frame, part);
+    let vertices = 0..prepared.positions.len() as u32;
+    let visible = vertices.filter(|v| part == SeenPart::Whole || in_front(v)).collect();
     Ok(Aligned { alignment, part, visible })
-}
-
-/// All vertices, or those on the camera's side of the plane of symmetry.
-fn visible(mesh: &PreparedMesh, frame: &Frame, part: SeenPart) -> Vec<u32> {
-    let toward = dot(mesh.symmetry.normal, frame.toward_camera).signum();
-    let seen =
-        |v: &u32| part == SeenPart::Whole || toward * mesh.symmetry.height(mesh.positions[*v as usize]) > -BEYOND;
-    (0..mesh.positions.len() as u32).filter(seen).collect()
 }
 
 impl Aligned {

@@ -56,7 +56,7 @@ pub enum Preset {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
-    /// One side where the alignment finds that the body is seen from its side, the whole otherwise.
+    /// One side where the alignment sees the body from its side and nothing beyond, such as a far leg; the whole otherwise.
     Auto,
     Whole,
     /// The side towards the camera; needs an alignment.
@@ -71,7 +71,7 @@ pub enum Alignment {
     View {
         /// How much the aligned points weigh in the data term beside the regions; 0 leaves them out.
         #[serde(default = "Alignment::weight")]
-        #[schema(minimum = 0, maximum = 1_000_000, default = 100.0)]
+        #[schema(minimum = 0, maximum = 1_000_000, default = 1000.0)]
         weight: f64,
     },
     /// Not at all: the method is intrinsic.
@@ -81,7 +81,7 @@ pub enum Alignment {
 impl Alignment {
     /// The weight of the aligned points where the request names none.
     pub fn weight() -> f64 {
-        100.0
+        1000.0
     }
 }
 
