@@ -181,6 +181,42 @@ fn landmarks_are_kept_exactly() {
     }
 }
 
+/// Landmarks of the truth's points nearest to these places, at the vertices of a variant.
+fn landmarks(case: &Case, places: &[[f64; 2]], variant: &[u32]) -> Value {
+    let nearest = |place: &[f64; 2]| {
+        let squared = |p: &[f64; 2]| (p[0] - place[0]).powi(2) + (p[1] - place[1]).powi(2);
+        let points = case.truth.points.iter().enumerate();
+        points.min_by(|a, b| squared(a.1).total_cmp(&squared(b.1))).unwrap().0
+    };
+    let pair = |p: usize| json!({"sketch": case.truth.points[p], "mesh": variant[p]});
+    places.iter().map(nearest).map(pair).collect()
+}
+
+/// Mean error of the result, held to one variant of the truth.
+fn error_from(case: &Case, variant: &[u32], result: &MatchResult) -> f64 {
+    let mut truth = case.truth.clone();
+    let variants = &mut truth.variants;
+    for other in
+        [&mut variants.front, &mut variants.front_mirrored, &mut variants.back, &mut variants.back_mirrored]
+    {
+        *other = variant.to_vec();
+    }
+    error(&Case { sketch: case.sketch.clone(), mesh: case.mesh.clone(), truth }, result)
+}
+
+#[test]
+fn landmarks_tell_the_side() {
+    let case = case("quadruped");
+    let points = &case.truth.points;
+    let (first, last) = (points[0], points[points.len() - 1]);
+    for variant in [&case.truth.variants.front, &case.truth.variants.back] {
+        let told = landmarks(&case, &[first, points[points.len() / 2], last], variant);
+        let result = matched(&case, json!({"landmarks": told}), &patient()).unwrap();
+        let error = error_from(&case, variant, &result);
+        assert!(error < 0.05, "{error}");
+    }
+}
+
 #[test]
 fn a_flat_mesh_can_be_aligned_with() {
     let Case { sketch, .. } = case("quadruped");

@@ -39,3 +39,41 @@ pub(super) fn exchanged(mesh: &PreparedMesh, frame: &Frame, pair: [usize; 2], ma
     }
     answer
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::solids::{sphere, star};
+    use crate::numerics::Unwatched;
+
+    #[test]
+    fn limbs_of_either_side_are_partners_and_what_has_none_has_none() {
+        let mesh = PreparedMesh::new(&star(0.0), &Unwatched).unwrap();
+        let partners = partners(&mesh);
+        assert_eq!(partners.len(), 2);
+        for pair in partners {
+            let [left, right] = pair.map(|limb| mesh.positions[mesh.limbs[limb].tip as usize]);
+            assert!((left[0] + right[0]).abs() < 0.1 && left[0].abs() > 0.3 && (left[2] - right[2]).abs() < 0.1);
+        }
+        assert!(super::partners(&PreparedMesh::new(&sphere(16, 32), &Unwatched).unwrap()).is_empty());
+    }
+
+    #[test]
+    fn answers_change_sides_on_the_limbs_alone() {
+        let mesh = PreparedMesh::new(&star(0.0), &Unwatched).unwrap();
+        let frame = Frame::looking_from([0.0, 1.0, 0.0]);
+        let visible = Visible::new(&mesh.positions, &mesh.triangles, &frame);
+        let map: Vec<u32> = mesh.positions.iter().map(|&p| visible.vertex(frame.project(p))).collect();
+        let pair = partners(&mesh)[0];
+        let other = exchanged(&mesh, &frame, pair, &map);
+        let mut moved = 0;
+        for (&before, &after) in map.iter().zip(&other) {
+            let on_limb = pair.iter().any(|&limb| mesh.limbs[limb].weight[before as usize] >= BELONGS);
+            let wanted = if on_limb { mesh.symmetry.reflect(mesh.positions[before as usize]) } else { [0.0; 3] };
+            let away = length(subtract(mesh.positions[after as usize], wanted));
+            assert!(if on_limb { away < 0.1 } else { before == after }, "{before} {after} {away}");
+            moved += usize::from(on_limb);
+        }
+        assert!(moved > 20);
+    }
+}
