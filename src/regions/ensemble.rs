@@ -51,30 +51,33 @@ impl Ensemble {
             offsets.push(offsets[offsets.len() - 1] + clusters);
         }
         let members = clusterings.len();
-        let column = |vertex: usize| (0..members).map(move |u| (u, vertex));
-        let slot = |(u, vertex): (usize, usize)| offsets[u] as u16 + clusterings[u][vertex];
+        let mut slots = vec![0; areas.len() * members];
+        for (u, clustering) in clusterings.iter().enumerate() {
+            for (slots, label) in slots.chunks_exact_mut(members).zip(clustering) {
+                slots[u] = offsets[u] as u16 + label;
+            }
+        }
 
-        let slots_of: Vec<u16> = (0..areas.len()).flat_map(column).map(slot).collect();
-        let slots_of = |vertex: usize| &slots_of[vertex * members..(vertex + 1) * members];
-        let mut order: Vec<usize> = (0..areas.len()).collect();
-        order.sort_by_key(|&vertex| slots_of(vertex));
-
+        // Neighbours mostly share their node, so that few are left to be sorted.
+        let slots_of = |vertex: usize| &slots[vertex * members..(vertex + 1) * members];
+        let mut distinct: Vec<&[u16]> = (0..areas.len()).map(slots_of).collect();
+        distinct.dedup();
+        distinct.sort_unstable();
+        distinct.dedup();
         let mut ensemble = Self {
             members,
-            slots: Vec::new(),
-            areas: Vec::new(),
-            nodes: vec![0; areas.len()],
-            offsets: offsets.clone(),
+            slots: distinct.concat(),
+            areas: vec![0.0; distinct.len()],
+            nodes: Vec::with_capacity(areas.len()),
+            offsets,
         };
-        for vertex in order {
-            let last = ensemble.areas.len();
-            if last == 0 || ensemble.slots(last - 1) != slots_of(vertex) {
-                ensemble.slots.extend(slots_of(vertex));
-                ensemble.areas.push(0.0);
+        let mut node = 0;
+        for (vertex, area) in areas.iter().enumerate() {
+            if distinct[node] != slots_of(vertex) {
+                node = distinct.partition_point(|&slots| slots < slots_of(vertex));
             }
-            let node = ensemble.areas.len() - 1;
-            ensemble.areas[node] += areas[vertex];
-            ensemble.nodes[vertex] = node;
+            ensemble.areas[node] += area;
+            ensemble.nodes.push(node);
         }
         ensemble
     }

@@ -12,6 +12,9 @@ const BLOCK: usize = 16;
 /// Lloyd's rounds at most; the assignment has usually settled after 10 to 30.
 const ROUNDS: usize = 50;
 
+/// More than what the quotient of a running weight is rounded by, as a share of it.
+const MARGIN: f64 = 1e-9;
+
 /// The number of a cluster.
 pub(super) type Label = u16;
 
@@ -22,6 +25,8 @@ pub(super) struct Points {
     coordinates: Vec<[f64; BLOCK]>,
     dimensions: usize,
     weights: Vec<f64>,
+    /// The sum of the weights.
+    total: f64,
 }
 
 /// For every point its nearest centre, and the squared distance to it.
@@ -44,7 +49,8 @@ impl Points {
                 coordinates[i / BLOCK * dimensions + j][i % BLOCK] = coordinate(i, j);
             }
         }
-        Self { coordinates, dimensions, weights }
+        let total = weights.iter().sum();
+        Self { coordinates, dimensions, weights, total }
     }
 
     fn len(&self) -> usize {
@@ -55,17 +61,24 @@ impl Points {
     ///
     /// Systematic sampling: marks stand at equal steps of the running weight, the first at a random place.
     fn sample(&self, size: usize, random: &mut impl Rng) -> Self {
-        let step = self.weights.iter().sum::<f64>() / size as f64;
+        let step = self.total / size as f64;
         let mut running = random.random::<f64>() * step;
         let (mut passed, mut drawn) = ((running / step) as u64, (Vec::new(), Vec::new()));
+        let before_next = |passed: u64| (1.0 - MARGIN) * step * (passed + 1) as f64;
+        let mut plainly_before = before_next(passed);
         for (i, weight) in self.weights.iter().enumerate() {
             running += weight;
+            // Most weights reach no mark, which is told without a division.
+            if running < plainly_before {
+                continue;
+            }
             // What is not negative is rounded down.
             let marks = ((running / step) as u64).saturating_sub(passed);
             if marks > 0 {
                 drawn.0.push(i);
                 drawn.1.push(marks as f64);
                 passed += marks;
+                plainly_before = before_next(passed);
             }
         }
         let (rows, weights) = drawn;
@@ -309,6 +322,26 @@ mod tests {
         let heavy = sample.coordinates.as_flattened().iter().zip(&sample.weights);
         let heavy = heavy.filter(|(x, _)| **x < 500.0).map(|(_, w)| w);
         assert!((heavy.sum::<f64>() - 150.0).abs() <= 1.0);
+    }
+
+    #[test]
+    fn a_sample_is_what_a_division_per_weight_draws() {
+        for (seed, size) in [(1, 7), (2, 50), (3, 299), (4, 1000)] {
+            let weights: Vec<f64> = (0..300).map(|i| f64::from(i % 7) + if i == 40 { 90.0 } else { 0.0 }).collect();
+            let points = line(&(0..300).map(f64::from).collect::<Vec<_>>(), &weights);
+            let step = weights.iter().sum::<f64>() / size as f64;
+            let mut running = ChaCha8Rng::seed_from_u64(seed).random::<f64>() * step;
+            let mut naive = Vec::new();
+            for (i, weight) in weights.iter().enumerate() {
+                let before = (running / step).floor();
+                running += weight;
+                let marks = (running / step).floor() - before;
+                naive.extend((marks > 0.0).then_some((i as f64, marks)));
+            }
+            let sample = points.sample(size, &mut ChaCha8Rng::seed_from_u64(seed));
+            let drawn: Vec<_> = (0..sample.len()).map(|s| (sample.coordinate(s, 0), sample.weights[s])).collect();
+            assert_eq!(drawn, naive);
+        }
     }
 
     #[test]

@@ -156,7 +156,7 @@ impl Store {
         &self,
         kind: Kind,
         id: &str,
-        decode: fn(&[u8]) -> Result<T, String>,
+        decode: fn(&str, &[u8]) -> Result<T, String>,
     ) -> Result<Option<T>, StoreError> {
         if self.shape(kind, id).await?.is_none() {
             return Ok(None);
@@ -165,7 +165,8 @@ impl Store {
         let Some(bytes) = self.blobs.read(&name).await? else {
             return Err(StoreError::damaged(name, "it is missing"));
         };
-        blocking(move || decode(&bytes).map(Some).map_err(|reason| StoreError::damaged(name, reason))).await
+        let id = id.to_owned();
+        blocking(move || decode(&id, &bytes).map(Some).map_err(|reason| StoreError::damaged(name, reason))).await
     }
 }
 
@@ -192,19 +193,24 @@ fn encode(mesh: &TriangleMesh, note: Option<(&str, &str)>) -> Result<Vec<u8>, Sa
     tensors::encode(&arrays, note)
 }
 
-fn decode_mesh(bytes: &[u8]) -> Result<TriangleMesh, String> {
+/// The mesh of this id. It was checked before it was stored, and its id tells that it is the same: to check it again
+/// would take longer than all else that is read for a match.
+fn decode_mesh(id: &str, bytes: &[u8]) -> Result<TriangleMesh, String> {
     let (positions, triangles) = arrays(bytes).map_err(|error| error.to_string())?;
-    TriangleMesh::new(positions, triangles).map_err(|refusal| refusal.to_string())
+    let mesh = TriangleMesh::recognised(positions, triangles, |content| Kind::Mesh.id(content) == id);
+    mesh.ok_or_else(|| "its content is not that of its id".to_owned())
 }
 
-fn decode_sketch(bytes: &[u8]) -> Result<Sketch, String> {
+fn decode_sketch(_id: &str, bytes: &[u8]) -> Result<Sketch, String> {
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(|error| error.to_string())?;
     let y_axis = match header.metadata().as_ref().and_then(|notes| notes.get(Y_AXIS)).map(String::as_str) {
         Some("up") => YAxis::Up,
         Some("down") => YAxis::Down,
         _ => return Err("it does not say where y points".to_owned()),
     };
-    Sketch::new(decode_mesh(bytes)?, y_axis).map_err(|refusal| refusal.to_string())
+    let (positions, triangles) = arrays(bytes).map_err(|error| error.to_string())?;
+    let mesh = TriangleMesh::new(positions, triangles).map_err(|refusal| refusal.to_string())?;
+    Sketch::new(mesh, y_axis).map_err(|refusal| refusal.to_string())
 }
 
 type Arrays = (Vec<[f64; 3]>, Vec<[u32; 3]>);
@@ -253,6 +259,15 @@ mod tests {
         assert_eq!(store.mesh(&shape.id).await.unwrap(), Some(square(0.1)));
         assert_eq!(store.sketch(&shape.id).await.unwrap(), None);
         assert_eq!(store.shape(Kind::Sketch, &shape.id).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn a_mesh_that_is_not_the_one_of_its_id_is_damaged() {
+        let (_directory, store) = fresh().await;
+        let (shape, _) = store.insert_mesh(square(0.1), None, json!({})).await.unwrap();
+        store.blobs.delete(&blob(&shape.id)).await.unwrap();
+        store.blobs.put(&blob(&shape.id), encode(&square(0.2), None).unwrap()).await.unwrap();
+        assert!(matches!(store.mesh(&shape.id).await, Err(StoreError::Damaged { .. })));
     }
 
     #[tokio::test]

@@ -9,6 +9,9 @@ use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum, rung};
 /// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
 const OPERATOR: &str = "cotangent-mixed";
 
+/// Rows of eigenfunctions that are decoded together.
+const ROWS: usize = 64;
+
 /// What a spectrum is of. Operator and version of the solver are added where it is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SpectrumKey {
@@ -103,9 +106,16 @@ fn decode(bytes: &[u8], k: usize) -> Result<Spectrum, SafeTensorError> {
     if values.rows != k || functions.rows != n || functions.columns != values.rows {
         return Err(SafeTensorError::TensorInvalidInfo);
     }
+    // The file goes row by row, the matrix column by column: some rows at a time, so that both stay in the cache.
+    let mut eigenfunctions = Mat::zeros(n, k);
+    for first in (0..n).step_by(ROWS) {
+        for (j, column) in eigenfunctions.as_mut().subrows_mut(first, ROWS.min(n - first)).col_iter_mut().enumerate() {
+            column.iter_mut().zip(first..).for_each(|(x, i)| *x = f64::from_le_bytes(functions.at(i, j)));
+        }
+    }
     Ok(Spectrum {
         eigenvalues: (0..k).map(|j| f64::from_le_bytes(values.at(j, 0))).collect(),
-        eigenfunctions: Mat::from_fn(n, k, |i, j| f64::from_le_bytes(functions.at(i, j))),
+        eigenfunctions,
         mass: (0..n).map(|i| f64::from_le_bytes(mass.at(i, 0))).collect(),
     })
 }
