@@ -196,9 +196,7 @@ fn landmarks(case: &Case, places: &[[f64; 2]], variant: &[u32]) -> Value {
 fn error_from(case: &Case, variant: &[u32], result: &MatchResult) -> f64 {
     let mut truth = case.truth.clone();
     let variants = &mut truth.variants;
-    for other in
-        [&mut variants.front, &mut variants.front_mirrored, &mut variants.back, &mut variants.back_mirrored]
-    {
+    for other in [&mut variants.front, &mut variants.front_mirrored, &mut variants.back, &mut variants.back_mirrored] {
         *other = variant.to_vec();
     }
     error(&Case { sketch: case.sketch.clone(), mesh: case.mesh.clone(), truth }, result)

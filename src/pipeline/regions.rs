@@ -97,12 +97,13 @@ impl Correspondence {
 fn carried(sketch: &Regions, mesh: &TriangleMesh, aligned: &Aligned, watch: &dyn Watch) -> Result<Regions, MatchError> {
     let marching = Marching::new(mesh);
     let vertices = mesh.positions().len();
-    let (mut labels, mut nearest) = (vec![Regions::NONE; vertices], vec![REACH * mesh.area().sqrt(); vertices]);
+    let reach = REACH * mesh.area().sqrt();
+    let (mut labels, mut nearest) = (vec![Regions::NONE; vertices], vec![reach; vertices]);
     for region in 0..sketch.count() {
         watch.proceed(region as f64 / sketch.count() as f64)?;
         let inside = |x: &usize| sketch.region(*x) == Some(region);
         let images: Vec<u32> = (0..sketch.labels().len()).filter(inside).map(|x| aligned.alignment.map[x]).collect();
-        for (v, distance) in marching.distances(&images).into_iter().enumerate() {
+        for (v, distance) in marching.distances_within(&images, reach).into_iter().enumerate() {
             if distance < nearest[v] {
                 nearest[v] = distance;
                 labels[v] = region as i32;
