@@ -146,14 +146,10 @@ impl Attempt {
             let visible = Visible::new(&positions, &mesh.triangles, &view.frame);
             for laying in &layings {
                 let laying = if turned { laying.turned_round() } else { laying.clone() };
-                let map = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
-                let own = Attempt {
-                    view: view.clone(),
-                    angles: angles.clone(),
-                    positions: positions.clone(),
-                    ..self.clone()
-                };
-                attempts.push(Attempt { laying, ..own }.answering(shape, mesh, landmarks, map));
+                let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
+                let (view, kind, angles, positions) = (view.clone(), self.kind, angles.clone(), positions.clone());
+                let (distortion, astray) = (distortion(shape, &mesh.distances, &map), landmarks.astray(mesh, &map));
+                attempts.push(Attempt { view, kind, angles, positions, laying, map, distortion, astray });
             }
         }
         Ok(attempts)
@@ -187,10 +183,16 @@ impl Attempt {
         ])
     }
 
-    /// The same places on the other side of the body: the answer were the sketch drawn from behind.
+    /// The same places on the other side of the body, as a map: the answer were the sketch drawn from behind.
+    pub fn mirrored(&self, mesh: &PreparedMesh) -> (Frame, Vec<u32>) {
+        let behind = self.view.frame.from_behind();
+        (behind, lifted(mesh, &self.positions, &behind, &self.laying.turned_round().positions))
+    }
+
+    /// The same places on the other side of the body, as an attempt.
     pub fn turned_round(&self, shape: &FlatShape, mesh: &PreparedMesh, landmarks: &Landmarks) -> Attempt {
         let (view, laying) = (self.view.from_behind(), self.laying.turned_round());
-        let map = lifted(mesh, &self.positions, &view.frame, &laying.positions);
+        let (_, map) = self.mirrored(mesh);
         Attempt { view, laying, ..self.clone() }.answering(shape, mesh, landmarks, map)
     }
 }

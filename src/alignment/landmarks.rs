@@ -4,6 +4,7 @@ use super::Pair;
 use super::contour::SAMPLES;
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
+use super::sampled_distances::Place;
 use super::view::View;
 
 /// How much a difference of distances, in units of √area, counts beside the difference of two samples, and the largest
@@ -24,14 +25,9 @@ pub(super) struct Landmarks {
 
 impl Landmarks {
     pub fn new(shape: &FlatShape, pairs: &[Pair]) -> Landmarks {
-        let nearest = |sample: &[f64; 2]| {
-            let squared = |v: &u32| {
-                let p = shape.positions[*v as usize];
-                (p[0] - sample[0]).powi(2) + (p[1] - sample[1]).powi(2)
-            };
-            shape.outline.iter().copied().min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(0)
-        };
-        let outline = if pairs.is_empty() { Vec::new() } else { shape.contour.curve.iter().map(nearest).collect() };
+        let rim = || shape.outline.iter().map(|&v| (v, shape.positions[v as usize]));
+        let of = |&sample: &[f64; 2]| nearest(rim(), sample);
+        let outline = if pairs.is_empty() { Vec::new() } else { shape.contour.curve.iter().map(of).collect() };
         let fields = pairs.iter().map(|pair| shape.distances_from(pair.sketch)).collect();
         Landmarks { pairs: pairs.to_vec(), fields, outline }
     }
@@ -45,7 +41,7 @@ impl Landmarks {
     /// sketch. `positions` (n × 3) are those that are seen.
     pub fn bias(&self, differences: &mut [f32], mesh: &PreparedMesh, view: &View, positions: &[[f64; 3]], scale: f64) {
         let flat: Vec<[f64; 2]> = positions.iter().map(|&p| view.frame.project(p)).collect();
-        let rim: Vec<u32> = view.contour.curve.iter().map(|&at| nearest(&flat, at)).collect();
+        let rim: Vec<u32> = view.contour.curve.iter().map(|&at| nearest((0..).zip(flat.iter().copied()), at)).collect();
         let away: Vec<Vec<f64>> =
             self.pairs.iter().map(|pair| rim.iter().map(|&v| mesh.distances.between(pair.mesh, v)).collect()).collect();
         for i in 0..SAMPLES {
@@ -60,12 +56,15 @@ impl Landmarks {
 
     /// Mean disagreement, each at most 0.4, of the distances from the landmarks to the samples and their answers.
     pub fn bent(&self, shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> f64 {
-        let disagreement = |l: usize, x: u32| {
-            let wanted = scale * self.fields[l][x as usize];
-            (wanted - mesh.distances.between(map[x as usize], self.pairs[l].mesh)).abs().min(MOST)
+        let answers: Vec<Place> = shape.samples.iter().map(|&x| mesh.distances.at(map[x as usize])).collect();
+        let of = |(pair, field): (&Pair, &Vec<f64>)| {
+            let place = mesh.distances.at(pair.mesh);
+            let disagreement =
+                |(&x, answer): (&u32, &Place)| (scale * field[x as usize] - answer.to(&place)).abs().min(MOST);
+            shape.samples.iter().zip(&answers).map(disagreement).sum::<f64>()
         };
-        let of = |l: usize| shape.samples.iter().map(|&x| disagreement(l, x)).sum::<f64>();
-        (0..self.pairs.len()).map(of).sum::<f64>() / (self.pairs.len() * shape.samples.len()).max(1) as f64
+        let all = self.pairs.iter().zip(&self.fields).map(of).sum::<f64>();
+        all / (self.pairs.len() * shape.samples.len()).max(1) as f64
     }
 
     /// Mean distance on the mesh, each at most 0.4, of the landmarks from their answers in a map.
@@ -75,7 +74,8 @@ impl Landmarks {
     }
 }
 
-fn nearest(points: &[[f64; 2]], at: [f64; 2]) -> u32 {
-    let squared = |v: usize| (points[v][0] - at[0]).powi(2) + (points[v][1] - at[1]).powi(2);
-    (0..points.len()).fold(0, |best, v| if squared(v) < squared(best) { v } else { best }) as u32
+/// The first of the nearest of the points, which are vertices and their places; 0 of none.
+fn nearest(points: impl Iterator<Item = (u32, [f64; 2])>, at: [f64; 2]) -> u32 {
+    let squared = |p: &[f64; 2]| (p[0] - at[0]).powi(2) + (p[1] - at[1]).powi(2);
+    points.min_by(|(_, a), (_, b)| squared(a).total_cmp(&squared(b))).map_or(0, |(v, _)| v)
 }

@@ -136,8 +136,8 @@ pub fn aligned(
             && other.score() < best.score() + PLAUSIBLE
     });
 
-    let twin = best.turned_round(shape, mesh, landmarks);
-    let twin = Alternative { mirrored: true, frame: twin.view.frame, score: best.score(), map: twin.map };
+    let (frame, twin) = best.mirrored(mesh);
+    let twin = Alternative { mirrored: true, frame, score: best.score(), map: twin };
     let second = second.map(|other| Alternative {
         mirrored: false,
         frame: other.view.frame,

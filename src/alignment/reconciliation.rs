@@ -4,7 +4,6 @@
 
 use super::attempt::Attempt;
 use super::by_distances::{Anchor, answered};
-use super::energy::distortion;
 use super::exchange::{exchanged, partners};
 use super::flat_shape::FlatShape;
 use super::landmarks::Landmarks;
@@ -26,6 +25,9 @@ const SLACK: f64 = 0.06;
 const SHARE: f64 = 0.3;
 /// Vertices that do not contradict a landmark, from which those that do are answered.
 const ANCHORS: usize = 30;
+/// Landmarks that answers are found anew for, and from: a thousand of them, each with the distances of all, would take
+/// hours.
+const TOLD: usize = 30;
 
 /// The attempt, or one made of it that agrees better with the landmarks, of which there is one at least.
 ///
@@ -44,10 +46,7 @@ pub(super) fn reconciled(
     let mut best = known.with_limbs_exchanged(attempt);
     for (other, margin) in [(turned, EXCHANGED), (mended, MENDED)] {
         watch.proceed(0.0)?;
-        let other = known.with_limbs_exchanged(other);
-        if known.price(&other.map) < known.price(&best.map) - margin {
-            best = other;
-        }
+        best = known.better(best, known.with_limbs_exchanged(other), margin);
     }
     Ok(known.answered_anew(best, watch)?)
 }
@@ -60,11 +59,22 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// How far a map bends distances, those from landmarks above all, and misses landmarks.
-    fn price(&self, map: &[u32]) -> f64 {
-        let distortion = distortion(self.shape, &self.mesh.distances, map);
-        let bent = self.landmarks.bent(self.shape, self.mesh, map, distortion.scale);
-        distortion.mean + bent + MISSED_PRICE * self.landmarks.astray(self.mesh, map)
+    /// How far an attempt's map bends distances, those from landmarks above all, and misses landmarks.
+    fn price(&self, attempt: &Attempt) -> f64 {
+        let distortion = &attempt.distortion;
+        let bent = self.landmarks.bent(self.shape, self.mesh, &attempt.map, distortion.scale);
+        distortion.mean + bent + MISSED_PRICE * attempt.astray
+    }
+
+    /// The other attempt, where it costs less by the margin.
+    fn better(&self, attempt: Attempt, other: Attempt, margin: f64) -> Attempt {
+        if self.price(&other) < self.price(&attempt) - margin { other } else { attempt }
+    }
+
+    /// The attempt, or that with another map where it costs less by the margin.
+    fn bettered(&self, attempt: Attempt, map: Vec<u32>, margin: f64) -> Attempt {
+        let other = attempt.clone().answering(self.shape, self.mesh, self.landmarks, map);
+        self.better(attempt, other, margin)
     }
 
     /// The attempt with those pairs of limbs exchanged in its map that better it.
@@ -78,9 +88,9 @@ impl Known<'_> {
 
     /// The attempt with the answers that contradict a landmark it misses found from the distances to the others.
     fn answered_anew(&self, mut attempt: Attempt, watch: &dyn Watch) -> Result<Attempt, Cancelled> {
-        for (pair, near) in self.landmarks.pairs.iter().zip(&self.landmarks.fields) {
-            let distances = &self.mesh.distances;
-            let miss = distances.between(attempt.map[pair.sketch as usize], pair.mesh);
+        for (pair, near) in self.landmarks.pairs.iter().zip(&self.landmarks.fields).take(TOLD) {
+            let (distances, place) = (&self.mesh.distances, self.mesh.distances.at(pair.mesh));
+            let miss = distances.at(attempt.map[pair.sketch as usize]).to(&place);
             if miss < MISSED {
                 continue;
             }
@@ -88,7 +98,7 @@ impl Known<'_> {
             // A landmark that is missed by some way tells nothing of what is farther from it.
             let contradicts = |x: usize| {
                 let wanted = scale * near[x];
-                let found = distances.between(attempt.map[x], pair.mesh);
+                let found = distances.at(attempt.map[x]).to(&place);
                 wanted < miss && (wanted - found).abs() > SLACK + SHARE * wanted
             };
             let wrong: Vec<bool> = (0..attempt.map.len()).map(contradicts).collect();
@@ -99,21 +109,14 @@ impl Known<'_> {
         Ok(attempt)
     }
 
-    fn bettered(&self, attempt: Attempt, map: Vec<u32>, margin: f64) -> Attempt {
-        if self.price(&map) < self.price(&attempt.map) - margin {
-            attempt.answering(self.shape, self.mesh, self.landmarks, map)
-        } else {
-            attempt
-        }
-    }
-
     /// The landmarks, and vertices far from them and from each other that are not wrong.
     fn anchors(&self, map: &[u32], wrong: &[bool], watch: &dyn Watch) -> Result<Vec<Anchor>, Cancelled> {
-        let pairs = self.landmarks.pairs.iter();
-        let mut anchors: Vec<Anchor> = pairs.map(|&pair| Anchor::of(self.shape, pair)).collect();
+        let told = self.landmarks.pairs.iter().take(TOLD);
+        let mut anchors: Vec<Anchor> = told.map(|&pair| Anchor::of(self.shape, pair)).collect();
+        let most = anchors.len() + ANCHORS;
         let mut away = vec![f64::INFINITY; map.len()];
         let mut passed = 0;
-        while anchors.len() < self.landmarks.pairs.len() + ANCHORS {
+        while anchors.len() < most {
             watch.proceed(0.0)?;
             for anchor in &anchors[passed..] {
                 away.iter_mut().zip(&anchor.near).for_each(|(away, &d)| *away = away.min(d));
