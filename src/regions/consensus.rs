@@ -3,8 +3,9 @@
 use faer::MatRef;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
 
+use super::assignment::Label;
 use super::ensemble::{Ensemble, Partition};
-use super::k_means::{self, Label, Points};
+use super::k_means::{self, Points};
 use super::{MAX_REGIONS, Regions};
 use crate::numerics::{Cancelled, Watch};
 
@@ -64,11 +65,12 @@ pub fn segment(
 /// The ensemble's members: k-means labels of every point, [`MEMBERS`] times.
 fn clusterings(points: &Points, count: usize, watch: &dyn Watch) -> Result<Vec<Vec<Label>>, Cancelled> {
     let steps = (MEMBERS + STARTS) as f64;
+    let balls = points.balls();
     (0..MEMBERS)
         .map(|u| {
             let k = (count + u % (2 * SPREAD + 1)).saturating_sub(SPREAD).max(count.min(2));
             let mut random = ChaCha8Rng::seed_from_u64(SEED.wrapping_add(u as u64));
-            k_means::labels(points, k as Label, SAMPLE, &mut random, (watch, u as f64 / steps))
+            k_means::labels((points, &balls), k as Label, SAMPLE, &mut random, (watch, u as f64 / steps))
         })
         .collect()
 }

@@ -7,7 +7,7 @@
 //! with |·| for areas, c over the regions of x and l over the clusters of a member. With the overlaps |c ∩ E_ul| kept,
 //! what it costs a vertex to join a region takes m additions, and the n² pairs are never looked at.
 
-use super::k_means::Label;
+use super::assignment::Label;
 use crate::numerics::{Cancelled, Watch};
 
 /// Sweeps over all nodes at most, in one descent.

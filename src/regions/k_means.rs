@@ -3,11 +3,8 @@
 use faer::MatRef;
 use rand::{Rng, RngExt};
 
-use crate::numerics::lanes::{self, Kernel, Lanes};
+use super::assignment::{self, BLOCK, Balls, Blocks, Coordinate, Label, Rounds};
 use crate::numerics::{Cancelled, Watch};
-
-/// Points whose distances to a centre are taken together: as many as stay in registers beside what is known of them.
-const BLOCK: usize = 16;
 
 /// Lloyd's rounds at most; the assignment has usually settled after 10 to 30.
 const ROUNDS: usize = 50;
@@ -15,24 +12,15 @@ const ROUNDS: usize = 50;
 /// More than what the quotient of a running weight is rounded by, as a share of it.
 const MARGIN: f64 = 1e-9;
 
-/// The number of a cluster.
-pub(super) type Label = u16;
-
 /// Points of a Euclidean space, each with a weight.
 pub(super) struct Points {
     /// The coordinates of block after block of points, dimension by dimension within each; the last block is filled up
-    /// with zeros.
-    coordinates: Vec<[f64; BLOCK]>,
+    /// with its last point.
+    coordinates: Vec<Coordinate>,
     dimensions: usize,
     weights: Vec<f64>,
     /// The sum of the weights.
     total: f64,
-}
-
-/// For every point its nearest centre, and the squared distance to it.
-struct Assignment {
-    labels: Vec<Label>,
-    distances: Vec<f64>,
 }
 
 impl Points {
@@ -45,8 +33,8 @@ impl Points {
     fn new(dimensions: usize, weights: Vec<f64>, coordinate: impl Fn(usize, usize) -> f64) -> Self {
         let mut coordinates = vec![[0.0; BLOCK]; weights.len().div_ceil(BLOCK) * dimensions];
         for j in 0..dimensions {
-            for i in 0..weights.len() {
-                coordinates[i / BLOCK * dimensions + j][i % BLOCK] = coordinate(i, j);
+            for i in 0..weights.len().next_multiple_of(BLOCK) {
+                coordinates[i / BLOCK * dimensions + j][i % BLOCK] = coordinate(i.min(weights.len() - 1), j);
             }
         }
         let total = weights.iter().sum();
@@ -93,16 +81,9 @@ impl Points {
         (0..self.dimensions).map(|j| self.coordinate(i, j)).collect()
     }
 
-    /// The first of the nearest of `centres`, for every point.
-    fn nearest(&self, centres: &[Vec<f64>]) -> Assignment {
-        let blocks = self.len().div_ceil(BLOCK);
-        let mut labels = vec![[0; BLOCK]; blocks];
-        let mut distances = vec![[f64::INFINITY; BLOCK]; blocks];
-        lanes::run(Nearest { points: self, centres, labels: &mut labels, distances: &mut distances });
-        let (mut labels, mut distances) = (labels.into_flattened(), distances.into_flattened());
-        labels.truncate(self.len());
-        distances.truncate(self.len());
-        Assignment { labels, distances }
+    fn blocks(&self) -> Blocks<'_> {
+        let count = self.len().div_ceil(BLOCK);
+        Blocks { coordinates: &self.coordinates, dimensions: self.dimensions, count }
     }
 
     /// k-means++: every centre is a point, drawn in proportion to weight × squared distance to the nearest before it.
@@ -113,72 +94,55 @@ impl Points {
         while centres.len() < k {
             let chances: Vec<f64> = self.weights.iter().zip(&distances).map(|(w, d)| w * d).collect();
             let Some(drawn) = draw(&chances, random) else { break };
-            let centre = vec![self.point(drawn)];
-            let to_it = self.nearest(&centre).distances;
-            let known = if centres.is_empty() { &to_it } else { &distances };
-            distances = known.iter().zip(&to_it).map(|(a, b)| a.min(*b)).collect();
-            centres.extend(centre);
+            let centre = self.point(drawn);
+            let to_it = self.blocks().squared_distances(&centre);
+            let to_it = to_it.as_flattened();
+            let known = if centres.is_empty() { to_it } else { &distances };
+            distances = known.iter().zip(to_it).map(|(a, b)| a.min(*b)).collect();
+            centres.push(centre);
         }
         centres
     }
 
-    /// Moves every centre to the weighted mean of the points labelled with it; one without weight stays.
-    fn centre(&self, centres: &mut [Vec<f64>], labels: &[Label]) {
-        let mut totals = vec![0.0; centres.len()];
-        for (&label, weight) in labels.iter().zip(&self.weights) {
-            totals[usize::from(label)] += weight;
-        }
-        // Point by point: the sums of one label wait for one another, those of its dimensions do not.
-        let d = self.dimensions;
-        let mut sums = vec![0.0; centres.len() * d];
-        for (block, (labels, weights)) in labels.chunks(BLOCK).zip(self.weights.chunks(BLOCK)).enumerate() {
-            let coordinates = &self.coordinates[block * d..][..d];
-            for (l, (&label, weight)) in labels.iter().zip(weights).enumerate() {
-                let sums = &mut sums[usize::from(label) * d..][..d];
-                for (sum, coordinate) in sums.iter_mut().zip(coordinates) {
-                    *sum += weight * coordinate[l];
-                }
+    /// Balls around the blocks of points, for [`labels`].
+    pub(super) fn balls(&self) -> Balls {
+        Balls::around(self.blocks())
+    }
+
+    /// Weight × coordinates and the weight itself of every point, four numbers at a time; and how many fours a point has.
+    fn moments(&self) -> (Vec<[f64; 4]>, usize) {
+        let fours = self.dimensions / 4 + 1;
+        let mut moments = vec![[0.0; 4]; self.len() * fours];
+        for (i, (moments, weight)) in moments.chunks_exact_mut(fours).zip(&self.weights).enumerate() {
+            let moments = moments.as_flattened_mut();
+            for (j, moment) in moments[..self.dimensions].iter_mut().enumerate() {
+                *moment = weight * self.coordinate(i, j);
             }
+            moments[self.dimensions] = *weight;
         }
-        for (label, (centre, total)) in centres.iter_mut().zip(totals).enumerate() {
-            if total > 0.0 {
-                let sums = &sums[label * d..][..d];
-                centre.iter_mut().zip(sums).for_each(|(c, sum)| *c = sum / total);
-            }
-        }
+        (moments, fours)
     }
 }
 
-/// Gives every point the label of the first of the nearest centres, and the squared distance to it.
-struct Nearest<'a> {
-    points: &'a Points,
-    centres: &'a [Vec<f64>],
-    labels: &'a mut [[Label; BLOCK]],
-    distances: &'a mut [[f64; BLOCK]],
-}
-
-impl Kernel for Nearest<'_> {
-    #[inline(always)]
-    fn compute<L: Lanes>(self, _: L) {
-        let d = self.points.dimensions;
-        for (block, (labels, least)) in self.labels.iter_mut().zip(self.distances).enumerate() {
-            let coordinates = &self.points.coordinates[block * d..][..d];
-            // As wide as the distances, so that one comparison chooses both.
-            let mut nearest = [0u64; BLOCK];
-            for (label, centre) in (0..).zip(self.centres) {
-                let mut distances = [0.0; BLOCK];
-                for (coordinate, c) in coordinates.iter().zip(centre) {
-                    for (distance, x) in distances.iter_mut().zip(coordinate) {
-                        *distance += (x - c) * (x - c);
-                    }
-                }
-                for l in 0..BLOCK {
-                    let nearer = distances[l] < least[l];
-                    least[l] = if nearer { distances[l] } else { least[l] };
-                    nearest[l] = if nearer { label } else { nearest[l] };
+/// Moves the centres whose points have `changed` to the weighted mean of the points labelled with them; one without
+/// weight stays.
+fn centre(centres: &mut [Vec<f64>], labels: &[Label], changed: &[bool], (moments, fours): (&[[f64; 4]], usize)) {
+    let mut sums = vec![[0.0; 4]; centres.len() * fours];
+    for (&label, moments) in labels.iter().zip(moments.chunks_exact(fours)) {
+        let label = usize::from(label);
+        if changed[label] {
+            for (sums, moments) in sums[label * fours..][..fours].iter_mut().zip(moments) {
+                for l in 0..4 {
+                    sums[l] += moments[l];
                 }
             }
-            *labels = nearest.map(|label| label as Label);
+        }
+    }
+    for (label, centre) in centres.iter_mut().enumerate() {
+        let sums = sums[label * fours..][..fours].as_flattened();
+        let total = sums[centre.len()];
+        if total > 0.0 {
+            centre.iter_mut().zip(sums).for_each(|(c, sum)| *c = sum / total);
         }
     }
 }
@@ -208,7 +172,7 @@ fn draw(chances: &[f64], random: &mut impl Rng) -> Option<usize> {
 ///
 /// Source: [AV07] for the seeds.
 pub(super) fn labels(
-    points: &Points,
+    (points, balls): (&Points, &Balls),
     k: Label,
     sample: usize,
     random: &mut impl Rng,
@@ -218,16 +182,20 @@ pub(super) fn labels(
     let basis = sampled.as_ref().unwrap_or(points);
 
     let mut centres = basis.seeds(usize::from(k), random);
-    let mut labels = Vec::new();
+    let (moments, fours) = basis.moments();
+    let mut rounds = Rounds::new(basis.blocks(), centres.len());
     for _ in 0..ROUNDS {
         watch.proceed(fraction)?;
-        let before = std::mem::replace(&mut labels, basis.nearest(&centres).labels);
-        if before == labels {
+        if !rounds.assign(&centres) {
             break;
         }
-        basis.centre(&mut centres, &labels);
+        let before = centres.clone();
+        centre(&mut centres, rounds.labels.as_flattened(), &rounds.changed, (&moments, fours));
+        rounds.follow(&before, &centres);
     }
-    Ok(points.nearest(&centres).labels)
+    let mut labels = assignment::labels(points.blocks(), balls, &centres).into_flattened();
+    labels.truncate(points.len());
+    Ok(labels)
 }
 
 #[cfg(test)]
@@ -244,24 +212,7 @@ mod tests {
     }
 
     fn clustered(points: &Points, k: Label, seed: u64) -> Vec<Label> {
-        labels(points, k, 1000, &mut ChaCha8Rng::seed_from_u64(seed), (&Unwatched, 0.0)).unwrap()
-    }
-
-    #[test]
-    fn the_first_of_the_nearest_centres_is_told_bit_for_bit() {
-        for (n, d) in [(1, 1), (BLOCK, 3), (2 * BLOCK + 5, 7)] {
-            let points = Mat::from_fn(n, d, |i, j| ((i * (j + 3)) as f64).sin().round() + (i / 9) as f64 * 0.1);
-            let rows: Vec<usize> = (0..n).collect();
-            let centres: Vec<Vec<f64>> = [0, n / 2, 0, n - 1].map(|i| points.row(i).iter().copied().collect()).to_vec();
-            let Assignment { labels, distances } = Points::of(points.as_ref(), &rows, vec![1.0; n]).nearest(&centres);
-            assert_eq!((labels.len(), distances.len()), (n, n));
-            for i in 0..n {
-                let to = |c: &Vec<f64>| (0..d).fold(0.0, |sum, j| sum + (points[(i, j)] - c[j]).powi(2));
-                let least = centres.iter().map(to).fold(f64::INFINITY, f64::min);
-                let first = centres.iter().position(|c| to(c) == least).unwrap();
-                assert_eq!((usize::from(labels[i]), distances[i]), (first, least));
-            }
-        }
+        labels((points, &points.balls()), k, 1000, &mut ChaCha8Rng::seed_from_u64(seed), (&Unwatched, 0.0)).unwrap()
     }
 
     #[test]
@@ -283,7 +234,8 @@ mod tests {
         }
         let cost = |points: &Points, labels: &[Label]| {
             let mut centres = vec![vec![0.0]; 2];
-            points.centre(&mut centres, labels);
+            let (moments, fours) = points.moments();
+            centre(&mut centres, labels, &[true; 2], (&moments, fours));
             labels
                 .iter()
                 .enumerate()
@@ -349,7 +301,7 @@ mod tests {
         let coordinates: Vec<f64> = (0..900).map(|i| f64::from(i / 300) * 10.0 + f64::from(i % 300) / 300.0).collect();
         let points = line(&coordinates, &[1.0; 900]);
         let random = &mut ChaCha8Rng::seed_from_u64(5);
-        let labels = labels(&points, 3, 100, random, (&Unwatched, 0.0)).unwrap();
+        let labels = labels((&points, &points.balls()), 3, 100, random, (&Unwatched, 0.0)).unwrap();
         let mut runs = labels.clone();
         runs.dedup();
         assert_eq!((labels.len(), runs.len()), (900, 3));

@@ -1,5 +1,6 @@
 //! Regions of a shape, and which of them correspond on two shapes.
 
+mod assignment;
 pub mod consensus;
 mod ensemble;
 pub mod graph;
