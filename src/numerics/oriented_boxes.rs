@@ -123,6 +123,12 @@ impl OrientedBoxes {
         lanes::run(LeastNegatedProducts { boxes: self, products, squared, bounds });
     }
 
+    /// More than what a measure of a row in a box and a point of squared length `squared` is rounded by, in whatever order
+    /// it is summed.
+    pub fn margin(&self, patch: usize, squared: f64) -> f64 {
+        margin(self.rounding(), squared.sqrt() + self.longest[patch])
+    }
+
     /// The rounding of sums of so many terms, as a share of the squared lengths in them.
     fn rounding(&self) -> f64 {
         ROUNDING * (self.directions.nrows() + PATCH) as f64

@@ -61,6 +61,12 @@ impl PatchedRows {
         &self.values[patch * self.columns..(patch + 1) * self.columns]
     }
 
+    /// The sums of squares of the first `columns` columns, patch by patch.
+    pub fn squared_lengths(&self, columns: usize) -> Vec<Column> {
+        let origin = vec![0.0; columns];
+        (0..self.patches()).map(|patch| squared_distances(&self.patch(patch)[..columns], &origin)).collect()
+    }
+
     /// The numbers in the matrix of the rows of a patch, at most [`PATCH`].
     pub fn rows(&self, patch: usize) -> &[u32] {
         &self.order[patch * PATCH..((patch + 1) * PATCH).min(self.order.len())]
@@ -111,6 +117,33 @@ pub fn squared_distances(columns: &[Column], point: &[f64]) -> Column {
     let mut sums = [0.0; PATCH];
     lanes::run(SquaredDistances { columns, point, sums: &mut sums });
     sums
+}
+
+/// Whether ‖ψ‖² − 2 p·ψ, reckoned by products, is not above `most` for some row ψ of a patch: half the work of
+/// [`squared_distances`], with which it shares no rounding. `lengths` are the ‖ψ‖².
+pub fn reach(columns: &[Column], point: &[f64], lengths: &Column, most: f64) -> bool {
+    let mut any = false;
+    lanes::run(Reach { columns, point, lengths, most, any: &mut any });
+    any
+}
+
+struct Reach<'a> {
+    columns: &'a [Column],
+    point: &'a [f64],
+    lengths: &'a Column,
+    most: f64,
+    any: &'a mut bool,
+}
+
+impl Kernel for Reach<'_> {
+    #[inline(always)]
+    fn compute<L: Lanes>(self, _: L) {
+        let mut products = [0.0; PATCH];
+        summed(self.columns, self.point, &mut products, |value, weight| value * weight);
+        // What is not a number, by overflow, may be anything.
+        let beyond = |l: usize| self.lengths[l] - 2.0 * products[l] > self.most;
+        *self.any = (0..PATCH).fold(false, |any, l| any | !beyond(l));
+    }
 }
 
 struct Products<'a> {

@@ -5,14 +5,14 @@
 //! bound is not above the best found. A bound is below what it bounds by more than all rounding, so that the answer is
 //! that of looking at every row, on every processor.
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 use super::oriented_boxes::OrientedBoxes;
-use super::patched_rows::{self, PatchedRows};
+use super::patched_rows::{self, Column, PatchedRows};
 use super::{Cancelled, Watch};
 
 /// Points whose products with the boxes are taken together.
-const POINTS: usize = 32;
+const POINTS: usize = 64;
 
 /// What is least at the row that is sought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,20 +38,28 @@ pub fn least(
 ) -> Result<Vec<u32>, Cancelled> {
     let m = points.ncols();
     let boxes = OrientedBoxes::around(rows, points.nrows());
-    let mut bounds = vec![0.0; boxes.count()];
-    let mut found = Vec::with_capacity(m);
-    for first in (0..m).step_by(POINTS) {
-        watch.proceed(first as f64 / m as f64)?;
-        let points = points.subcols(first, POINTS.min(m - first));
-        let products = boxes.products(points);
-        for (j, point) in points.col_iter().enumerate() {
-            let (point, products): (Vec<f64>, _) = (point.iter().copied().collect(), products.col_as_slice(j));
+    let lengths = match measure {
+        Measure::SquaredDistance => rows.squared_lengths(points.nrows()),
+        Measure::NegatedProduct => Vec::new(),
+    };
+    let (mut bounds, mut others) = (vec![0.0; boxes.count()], Vec::new());
+    let mut found = vec![0; m];
+    // Points near one another look at the same patches, which then are still in the cache.
+    let places = PatchedRows::of(points.transpose());
+    let near = (0..places.patches()).flat_map(|patch| places.rows(patch).chunks(POINTS));
+    for (done, near) in near.enumerate() {
+        watch.proceed(((done * POINTS) as f64 / m as f64).min(1.0))?;
+        let points = Mat::from_fn(points.nrows(), near.len(), |i, j| points[(i, near[j] as usize)]);
+        let products = boxes.products(points.as_ref());
+        for (j, &x) in near.iter().enumerate() {
+            let (point, products) = (points.col_as_slice(j), products.col_as_slice(j));
             let squared = point.iter().map(|p| p * p).sum();
             match measure {
                 Measure::SquaredDistance => boxes.least_squared_distances(products, squared, &mut bounds),
                 Measure::NegatedProduct => boxes.least_negated_products(products, squared, &mut bounds),
             }
-            found.push(Search { rows, measure, point: &point }.least(&bounds));
+            let search = Search { rows, boxes: &boxes, lengths: &lengths, measure, point, squared };
+            found[x as usize] = search.least(&bounds, &mut others);
         }
     }
     Ok(found)
@@ -60,8 +68,13 @@ pub fn least(
 /// The search for one point.
 struct Search<'a> {
     rows: &'a PatchedRows,
+    boxes: &'a OrientedBoxes,
+    /// ‖ψ‖² of the rows, patch by patch, where distances are measured.
+    lengths: &'a [Column],
     measure: Measure,
     point: &'a [f64],
+    /// ‖p‖².
+    squared: f64,
 }
 
 /// The best row so far, and its measure.
@@ -71,15 +84,17 @@ struct Best {
 }
 
 impl Search<'_> {
-    /// The row of the least measure, given a bound for every patch.
-    fn least(&self, bounds: &[f64]) -> u32 {
+    /// The row of the least measure, given a bound for every patch; `others` is room to order patches in.
+    fn least(&self, bounds: &[f64], others: &mut Vec<(f64, usize)>) -> u32 {
         let mut best = Best { measure: f64::INFINITY, row: 0 };
         let Some(first) = (0..bounds.len()).min_by(|&a, &b| bounds[a].total_cmp(&bounds[b])) else { return 0 };
         self.look_at(first, &mut best);
-        let mut others: Vec<usize> = (0..bounds.len()).filter(|&b| bounds[b] <= best.measure && b != first).collect();
-        others.sort_unstable_by(|&a, &b| bounds[a].total_cmp(&bounds[b]));
-        for patch in others {
-            if bounds[patch] > best.measure {
+        others.clear();
+        let bounds = bounds.iter().zip(0..);
+        others.extend(bounds.filter(|&(&bound, b)| bound <= best.measure && b != first).map(|(&bound, b)| (bound, b)));
+        others.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        for &(bound, patch) in &*others {
+            if bound > best.measure {
                 break;
             }
             self.look_at(patch, &mut best);
@@ -89,11 +104,17 @@ impl Search<'_> {
 
     fn look_at(&self, patch: usize, best: &mut Best) {
         let columns = &self.rows.patch(patch)[..self.point.len()];
+        // Few patches hold a better row, so that all of one is asked at once.
         let measures = match self.measure {
-            Measure::SquaredDistance => patched_rows::squared_distances(columns, self.point),
+            Measure::SquaredDistance => {
+                let most = best.measure - self.squared + self.boxes.margin(patch, self.squared);
+                if !patched_rows::reach(columns, self.point, &self.lengths[patch], most) {
+                    return;
+                }
+                patched_rows::squared_distances(columns, self.point)
+            }
             Measure::NegatedProduct => patched_rows::products(columns, self.point).map(|product| -product),
         };
-        // Few patches hold a better row, so that all of one is asked at once.
         if !measures.iter().fold(false, |any, &measure| any | (measure <= best.measure)) {
             return;
         }
@@ -107,8 +128,6 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use faer::Mat;
-
     use super::*;
     use crate::numerics::{Unwatched, random};
 
