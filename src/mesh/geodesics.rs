@@ -17,22 +17,38 @@ const PATIENCE: usize = 64;
 /// is corrected when the end is known, and the correction handed on.
 pub struct Marching {
     corners: Vec<Corner>,
-    /// For every vertex, the corners it carries the front to.
-    carried: Vec<Vec<u32>>,
+    /// Vertex after vertex, the corners it carries the front to.
+    carried: Vec<u32>,
+    /// For every vertex where its corners begin in `carried`, and where the last one's end.
+    begins: Vec<u32>,
 }
 
 impl Marching {
     /// The mesh laid out corner by corner; O(n).
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let turns = mesh.triangles().iter().flat_map(|&[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]);
-        let corners: Vec<Corner> = turns.map(|[tip, left, right]| Corner::new(mesh, tip, [left, right])).collect();
-        let mut carried = vec![Vec::new(); mesh.positions().len()];
-        for (i, corner) in (0u32..).zip(&corners) {
+        let corners: Vec<Corner> = mesh.triangles().iter().flat_map(|&triangle| Corner::of(mesh, triangle)).collect();
+        let mut begins = vec![0; mesh.positions().len() + 1];
+        for vertex in corners.iter().flat_map(|corner| corner.base) {
+            begins[vertex as usize + 1] += 1;
+        }
+        for vertex in 0..mesh.positions().len() {
+            begins[vertex + 1] += begins[vertex];
+        }
+        let (mut carried, mut ends) = (vec![0; 2 * corners.len()], begins.clone());
+        for (i, corner) in (0..).zip(&corners) {
             for vertex in corner.base {
-                carried[vertex as usize].push(i);
+                let end = &mut ends[vertex as usize];
+                carried[*end as usize] = i;
+                *end += 1;
             }
         }
-        Self { corners, carried }
+        Self { corners, carried, begins }
+    }
+
+    /// The corners `vertex` carries the front to.
+    fn carried(&self, vertex: u32) -> &[u32] {
+        let [begin, end] = [0, 1].map(|next| self.begins[vertex as usize + next] as usize);
+        &self.carried[begin..end]
     }
 
     /// The geodesic distance of every vertex from the nearest source, infinite where no source reaches; O(n log n).
@@ -48,13 +64,13 @@ impl Marching {
     /// # Panics
     /// As [`Marching::distances`].
     pub fn distances_within(&self, sources: &[u32], reach: f64) -> Vec<f64> {
-        let mut distances = vec![f64::INFINITY; self.carried.len()];
+        let mut distances = vec![f64::INFINITY; self.begins.len() - 1];
         let mut front = BinaryHeap::new();
         for &vertex in sources {
             distances[vertex as usize] = 0.0;
             front.push(Arrival { distance: 0.0, vertex });
         }
-        let mut patience = PATIENCE * self.carried.len();
+        let mut patience = PATIENCE * distances.len();
         while let Some(Arrival { distance, vertex }) =
             front.pop().filter(|arrival| patience > 0 && arrival.distance <= reach)
         {
@@ -62,7 +78,7 @@ impl Marching {
                 continue;
             }
             patience -= 1;
-            for &corner in &self.carried[vertex as usize] {
+            for &corner in self.carried(vertex) {
                 let corner = &self.corners[corner as usize];
                 let distance = corner.distance(corner.base.map(|v| distances[v as usize]));
                 let known = &mut distances[corner.tip as usize];
@@ -88,10 +104,16 @@ struct Corner {
 }
 
 impl Corner {
-    fn new(mesh: &TriangleMesh, tip: u32, base: [u32; 2]) -> Self {
-        let [p, a, b] = [tip, base[0], base[1]].map(|v| mesh.positions()[v as usize]);
-        let (sides, width) = ([a, b].map(|end| length(subtract(p, end))), length(subtract(b, a)));
-        Self { tip, base, width, sides, at: apex(sides, width) }
+    /// The three corners of a triangle.
+    fn of(mesh: &TriangleMesh, triangle: [u32; 3]) -> [Self; 3] {
+        let [p, q, r] = triangle.map(|v| mesh.positions()[v as usize]);
+        let lengths = [[p, q], [q, r], [r, p]].map(|[a, b]| length(subtract(b, a)));
+        [0, 1, 2].map(|turn| {
+            let [tip, left, right] = [0, 1, 2].map(|corner| triangle[(turn + corner) % 3]);
+            let [to_left, width, to_right] = [0, 1, 2].map(|side| lengths[(turn + side) % 3]);
+            let sides = [to_left, to_right];
+            Self { tip, base: [left, right], width, sides, at: apex(sides, width) }
+        })
     }
 
     /// The distance of the tip, given those of the base: infinite for an end the front has not passed.
