@@ -52,8 +52,12 @@ impl<'a> Visible<'a> {
             .collect();
         for (t, triangle) in self.triangles.iter().enumerate() {
             let corners = triangle.map(|v| corners[v as usize]);
-            let Some(plane) = Plane::through(corners) else { continue };
             let [columns, rows] = [0, 1].map(|axis| pixels(corners.map(|c| c[axis])));
+            // Of a fine mesh many triangles lie between the pixels' centres.
+            if columns.is_empty() || rows.is_empty() {
+                continue;
+            }
+            let Some(plane) = Plane::through(corners) else { continue };
             for y in rows {
                 for x in columns.clone() {
                     let at = y * SIDE + x;
@@ -108,10 +112,15 @@ impl<'a> Visible<'a> {
     }
 }
 
-/// The pixels between the least and the largest coordinate of a triangle, within the picture.
-fn pixels(coordinates: [f64; 3]) -> std::ops::Range<usize> {
-    let [a, b, c] = coordinates;
-    (a.min(b).min(c).ceil().max(0.0) as usize)..((a.max(b).max(c).floor() + 1.0).clamp(0.0, SIDE as f64) as usize)
+/// The pixels between the least and the largest coordinate of a triangle, within the picture; none is negative.
+fn pixels([a, b, c]: [f64; 3]) -> std::ops::Range<usize> {
+    let smaller = |a: f64, b: f64| if a < b { a } else { b };
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let (low, high) = (smaller(smaller(a, b), c), larger(larger(a, b), c));
+    // What is not negative is rounded down.
+    let below = low as i32;
+    let first = below.saturating_add(i32::from(f64::from(below) < low));
+    first as usize..(high as i32 as usize + 1).min(SIDE)
 }
 
 /// A triangle of the picture: the weights of two corners and the depth as linear functions of the place.
