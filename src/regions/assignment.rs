@@ -68,11 +68,11 @@ impl Nearest {
 
     #[inline(always)]
     fn offer(&mut self, label: u64, distances: &Coordinate) {
-        for l in 0..BLOCK {
-            let nearer = distances[l] < self.least[l];
-            let farther = if nearer { self.least[l] } else { distances[l] };
+        for (l, &distance) in distances.iter().enumerate() {
+            let nearer = distance < self.least[l];
+            let farther = if nearer { self.least[l] } else { distance };
             self.second[l] = if farther < self.second[l] { farther } else { self.second[l] };
-            self.least[l] = if nearer { distances[l] } else { self.least[l] };
+            self.least[l] = if nearer { distance } else { self.least[l] };
             self.labels[l] = if nearer { label } else { self.labels[l] };
         }
     }
