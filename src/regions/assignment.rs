@@ -68,12 +68,13 @@ impl Nearest {
 
     #[inline(always)]
     fn offer(&mut self, label: u64, distances: &Coordinate) {
-        for (l, &distance) in distances.iter().enumerate() {
-            let nearer = distance < self.least[l];
-            let farther = if nearer { self.least[l] } else { distance };
-            self.second[l] = if farther < self.second[l] { farther } else { self.second[l] };
-            self.least[l] = if nearer { distance } else { self.least[l] };
-            self.labels[l] = if nearer { label } else { self.labels[l] };
+        let Nearest { labels, least, second } = self;
+        for l in 0..BLOCK {
+            let nearer = distances[l] < least[l];
+            let farther = if nearer { least[l] } else { distances[l] };
+            second[l] = if farther < second[l] { farther } else { second[l] };
+            least[l] = if nearer { distances[l] } else { least[l] };
+            labels[l] = if nearer { label } else { labels[l] };
         }
     }
 }
