@@ -1,5 +1,6 @@
 //! A sketch made ready to be laid on a mesh.
 
+use super::axes::Axes;
 use super::contour::Contour;
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
@@ -29,17 +30,24 @@ pub struct FlatShape {
 }
 
 impl FlatShape {
-    /// The sketch `mesh` (z = 0, counter-clockwise, connected) at area 1.
+    /// The sketch `mesh` (z = 0, counter-clockwise, connected) at area 1,
+    /// its longest principal axis lying flat.
     ///
     /// # Errors
     /// [`Cancelled`] by the watcher.
     pub fn new(mesh: &TriangleMesh, watch: &dyn Watch) -> Result<FlatShape, Cancelled> {
         let area = mesh.area();
         let scale = area.sqrt();
-        let n = mesh.positions().len() as f64;
-        let middle: [f64; 2] = std::array::from_fn(|i| mesh.positions().iter().map(|p| p[i]).sum::<f64>() / n);
+        let masses: Vec<f64> =
+            laplacian::mass(mesh, laplacian::Lumping::Barycentric).iter().map(|a| a / area).collect();
+        let middle: [f64; 3] =
+            std::array::from_fn(|i| mesh.positions().iter().zip(&masses).map(|(p, mass)| p[i] * mass).sum());
+        let centred = mesh.positions().iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale));
+        let centred: Vec<[f64; 3]> = centred.collect();
+        let [right, up, _] = Axes::principal(&centred, &masses).longest();
+        // Turned so that its longest axis lies flat.
         let positions: Vec<[f64; 2]> =
-            mesh.positions().iter().map(|p| [(p[0] - middle[0]) / scale, (p[1] - middle[1]) / scale]).collect();
+            centred.iter().map(|p| [right * p[0] + up * p[1], right * p[1] - up * p[0]]).collect();
         let marching = Marching::new(mesh);
         let (samples, mut distances) = farthest_points(&marching, &positions, watch)?;
         distances.iter_mut().flatten().for_each(|d| *d /= scale);
@@ -47,7 +55,7 @@ impl FlatShape {
             edges: edges(mesh),
             outline: outline(mesh.triangles()),
             contour: Contour::of(&positions, mesh.triangles()),
-            masses: laplacian::mass(mesh, laplacian::Lumping::Barycentric).iter().map(|a| a / area).collect(),
+            masses,
             triangles: mesh.triangles().to_vec(),
             positions,
             samples,

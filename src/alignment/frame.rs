@@ -22,6 +22,16 @@ impl Frame {
         Frame { right: cross(up, toward_camera), up, toward_camera }
     }
 
+    /// The picture turned about its middle so that the direction (x, y), of length 1, points right.
+    pub fn rolled(&self, [x, y]: [f64; 2]) -> Frame {
+        let Frame { right, up, toward_camera } = *self;
+        Frame {
+            right: std::array::from_fn(|i| x * right[i] + y * up[i]),
+            up: std::array::from_fn(|i| x * up[i] - y * right[i]),
+            toward_camera,
+        }
+    }
+
     /// The frame of the camera on the other side, with the same up.
     pub fn from_behind(&self) -> Frame {
         let Frame { right, up, toward_camera } = *self;

@@ -5,6 +5,7 @@
 //! like its own, the mesh put into its pose, and the places in the picture lifted to the surface behind them.
 
 mod attempt;
+pub mod axes;
 mod bitmap;
 mod by_distances;
 mod candidates;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::frame::Frame;
+use super::axes::Axes;
 use super::limbs::{Limb, limbs};
 use super::sampled_distances::SampledDistances;
 use super::symmetry::{Symmetry, plane};
@@ -13,16 +13,18 @@ use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian::{Lumping, mass};
 
 /// Raised with every change that alters what is made of a mesh: what was kept before is then not found any more.
-pub const PREPARATION_VERSION: u32 = 1;
+pub const PREPARATION_VERSION: u32 = 2;
 
 /// Points that distances are known from.
 const SAMPLES: usize = 120;
 /// Directions of the half sphere.
 const DIRECTIONS: usize = 40;
 
-/// A mesh at area 1 about the mean of its vertices, with its views.
+/// A mesh at area 1 about its centre, along its principal axes, with its views: the same however the mesh lies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PreparedMesh {
+    /// The axes of `positions`, of the symmetry and of the frames, in those of the mesh.
+    pub axes: Axes,
     pub positions: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
     pub symmetry: Symmetry,
@@ -42,11 +44,13 @@ impl PreparedMesh {
     pub fn new(mesh: &TriangleMesh, watch: &dyn Watch) -> Result<PreparedMesh, Cancelled> {
         let area = mesh.area();
         let scale = area.sqrt();
-        let n = mesh.positions().len() as f64;
-        let middle: [f64; 3] = std::array::from_fn(|i| mesh.positions().iter().map(|p| p[i]).sum::<f64>() / n);
-        let positions: Vec<[f64; 3]> =
-            mesh.positions().iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale)).collect();
         let masses: Vec<f64> = mass(mesh, Lumping::Barycentric).iter().map(|a| a / area).collect();
+        let middle: [f64; 3] =
+            std::array::from_fn(|i| mesh.positions().iter().zip(&masses).map(|(p, mass)| p[i] * mass).sum());
+        let centred = mesh.positions().iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale));
+        let centred: Vec<[f64; 3]> = centred.collect();
+        let axes = Axes::principal(&centred, &masses);
+        let positions = centred.into_iter().map(|p| axes.along(p)).collect();
         let triangles = mesh.triangles().to_vec();
         let unit = TriangleMesh::new(positions, triangles).expect("a valid mesh of another size is valid");
         let (positions, triangles) = (unit.positions(), unit.triangles());
@@ -55,12 +59,13 @@ impl PreparedMesh {
         let limbs = limbs(&unit, &distances, watch)?;
         let view = |&direction: &[f64; 3]| {
             watch.proceed(0.5)?;
-            Ok(View::through(Frame::looking_from(direction), positions, triangles))
+            Ok(View::lying_flat(direction, positions, triangles))
         };
         let canonical = canonical_directions(positions, &masses, symmetry.normal);
         let canonical = canonical.iter().map(view).collect::<Result<_, Cancelled>>()?;
         let sphere = half_sphere(DIRECTIONS).iter().map(view).collect::<Result<_, Cancelled>>()?;
         Ok(PreparedMesh {
+            axes,
             positions: positions.to_vec(),
             triangles: triangles.to_vec(),
             symmetry,

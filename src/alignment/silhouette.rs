@@ -26,6 +26,22 @@ impl Mask {
         self.inside.area()
     }
 
+    /// The direction (length 1) in which the figure extends most: the first principal axis of its pixels.
+    pub(super) fn longest_axis(&self) -> [f64; 2] {
+        let pixels = || (0..SIDE * SIDE).filter(|&k| self.inside.get(k % SIDE, k / SIDE)).map(|k| [k % SIDE, k / SIDE]);
+        let count = self.area().max(1) as f64;
+        let middle = [0, 1].map(|axis| pixels().map(|pixel| pixel[axis] as f64).sum::<f64>() / count);
+        let [mut squares, mut product] = [0.0; 2];
+        for pixel in pixels() {
+            let [x, y] = [0, 1].map(|axis| pixel[axis] as f64 - middle[axis]);
+            squares += x * x - y * y;
+            product += x * y;
+        }
+        // Where the quadratic form of the second moments is largest on the circle.
+        let (sin, cos) = (0.5 * (2.0 * product).atan2(squares)).sin_cos();
+        [cos, sin]
+    }
+
     /// The point of the plane at a place in the picture.
     pub(super) fn point(&self, pixel: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| (pixel[axis] - MARGIN) / self.scale + self.low[axis])

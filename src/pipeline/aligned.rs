@@ -3,6 +3,7 @@
 use super::outcome::{AlignmentReport, Alternative, AlternativeKind, MatchedBy, SeenPart, ViewReport};
 use super::request::Part;
 use super::{MatchError, Surroundings};
+use crate::alignment::axes::Axes;
 use crate::alignment::flat_shape::FlatShape;
 use crate::alignment::frame::Frame;
 use crate::alignment::{self, Alignment, Pair, Way};
@@ -17,6 +18,8 @@ const BEYOND: f64 = 0.02;
 /// The sketch laid on the component of the mesh, and the vertices that may be matched.
 pub(super) struct Aligned {
     pub alignment: Alignment,
+    /// Those its frames are told in.
+    axes: Axes,
     pub part: SeenPart,
     /// Vertices of the component on the part that is seen, ascending.
     pub visible: Vec<u32>,
@@ -46,7 +49,7 @@ pub(super) fn aligned(
     };
     let vertices = 0..prepared.positions.len() as u32;
     let visible = vertices.filter(|v| part == SeenPart::Whole || in_front(v)).collect();
-    Ok(Aligned { alignment, part, visible })
+    Ok(Aligned { alignment, axes: prepared.axes, part, visible })
 }
 
 impl Aligned {
@@ -54,7 +57,7 @@ impl Aligned {
     pub fn report(&self, component: &Component) -> AlignmentReport {
         let alignment = &self.alignment;
         AlignmentReport {
-            view: view(&alignment.frame),
+            view: self.view(&alignment.frame),
             part: self.part,
             by: match alignment.way {
                 Way::View => MatchedBy::View,
@@ -73,16 +76,17 @@ impl Aligned {
         alternatives
             .map(|alternative| Alternative {
                 kind: if alternative.mirrored { AlternativeKind::Mirrored } else { AlternativeKind::View },
-                view: view(&alternative.frame),
+                view: self.view(&alternative.frame),
                 score: alternative.score,
                 mesh_vertices: of_file(component, &alternative.map),
             })
             .collect()
     }
-}
 
-fn view(frame: &Frame) -> ViewReport {
-    ViewReport { toward_camera: frame.toward_camera, up: frame.up }
+    fn view(&self, frame: &Frame) -> ViewReport {
+        let Frame { toward_camera, up, .. } = self.axes.frame_back(frame);
+        ViewReport { toward_camera, up }
+    }
 }
 
 fn of_file(component: &Component, map: &[u32]) -> Vec<u32> {
