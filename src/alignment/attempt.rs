@@ -93,7 +93,7 @@ impl Attempt {
         if self.laying.cost <= POSE_FROM || mesh.limbs.is_empty() {
             return Ok(self);
         }
-        // Other costs than that of the outlines change little.
+        // As if the other costs were to remain.
         let most = most - (self.score() - self.laying.cost);
         let Some(pose) = pose::fitted(shape, mesh, &self.view, most, watch)? else { return Ok(self) };
         let positions = posed(mesh, &self.view.frame, &pose.angles);

@@ -50,7 +50,7 @@ use crate::numerics::{Cancelled, Watch};
 
 /// Views that cost at most so much more than the best, and at most so many, are told apart by their poses.
 const UNDECIDED: f64 = 0.03;
-const POSED: usize = 3;
+const POSED: usize = 5;
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
 /// Another view is plausible where it costs less than this much more.

@@ -15,6 +15,8 @@ const MOST: f64 = 1.75;
 const EFFORT: f64 = 0.0015;
 /// By how much a move has to better the cost.
 const GAIN: f64 = 2e-4;
+/// How much less a pose may turn out to cost than the search has come to: its last passes, and distances that it bends less.
+const REMAINING: f64 = 0.02;
 /// The swings of the three passes in degrees, and the rounds of each.
 const PASSES: [&[f64]; 3] = [&[60.0, 30.0], &[30.0], &[12.0]];
 const ROUNDS: usize = 2;
@@ -57,7 +59,7 @@ pub fn posed(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<[f64; 3]
 }
 
 /// The pose of least cost a greedy search finds from the mesh as it is: swings of single limbs and opposite swings of
-/// neighbouring ones, wide ones first. None where after these it still costs more than `most`.
+/// neighbouring ones, wide ones first. None where it is not likely to come to `most`.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher, asked at every pose tried.
@@ -123,7 +125,7 @@ pub fn fitted(
                 _ => first,
             };
         }
-        if best.total > most {
+        if best.total > most + REMAINING {
             return Ok(None);
         }
     }
