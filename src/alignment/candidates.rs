@@ -3,7 +3,7 @@
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
 use super::view::View;
-use super::warping::{Warp, cost, cost_along, differences, warp};
+use super::warping::{Warp, cost, cost_along, differences, least_cost, warp};
 use crate::mesh::{dot, subtract};
 use crate::numerics::{Cancelled, Watch};
 
@@ -54,21 +54,17 @@ impl Kind {
 /// # Errors
 /// [`Cancelled`] by the watcher.
 pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> Result<Vec<Candidate>, Cancelled> {
-    let sides = |views: &[View], every: usize| {
-        let mut costs = Vec::with_capacity(2 * views.len());
-        for (k, view) in views.iter().enumerate() {
-            watch.proceed(0.0)?;
-            for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
-                costs.push((cost(&differences(&shape.contour, contour), every), k, side));
-            }
-        }
-        costs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok::<_, Cancelled>(costs)
-    };
     let seen = |view: &View, side: usize| if side == 0 { view.clone() } else { view.from_behind() };
 
     let mut chosen = Vec::new();
-    let ranked = sides(&mesh.canonical, CANONICAL_EVERY)?;
+    let mut ranked = Vec::with_capacity(2 * mesh.canonical.len());
+    for (k, view) in mesh.canonical.iter().enumerate() {
+        watch.proceed(0.0)?;
+        for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
+            ranked.push((cost(&differences(&shape.contour, contour), CANONICAL_EVERY), k, side));
+        }
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let cost_of =
         |k: usize, side: usize| ranked.iter().find(|r| (r.1, r.2) == (k, side)).map_or(f64::INFINITY, |r| r.0);
     for &(cost, k, side) in &ranked {
@@ -84,11 +80,29 @@ pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> 
     }
     let canonical =
         chosen.into_iter().map(|(k, side)| Candidate::new(shape, seen(&mesh.canonical[k], side), Kind::Canonical(k)));
-    let sphere = sides(&mesh.sphere, SPHERE_EVERY)?
+    let sphere = nearest(shape, &mesh.sphere, watch)?
         .into_iter()
-        .take(SPHERE)
         .map(|(_, k, side)| Candidate::new(shape, seen(&mesh.sphere[k], side), Kind::Sphere(k)));
     Ok(canonical.chain(sphere).collect())
+}
+
+/// The few views of the sphere of least cost, of equals the first: (cost, view, side).
+fn nearest(shape: &FlatShape, views: &[View], watch: &dyn Watch) -> Result<Vec<(f64, usize, usize)>, Cancelled> {
+    let mut nearest: Vec<(f64, usize, usize)> = Vec::with_capacity(SPHERE + 1);
+    for (k, view) in views.iter().enumerate() {
+        watch.proceed(0.0)?;
+        for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
+            let differences = differences(&shape.contour, contour);
+            let most = if nearest.len() < SPHERE { f64::INFINITY } else { nearest[SPHERE - 1].0 };
+            if least_cost(&differences) > most {
+                continue;
+            }
+            let cost = cost(&differences, SPHERE_EVERY);
+            nearest.insert(nearest.partition_point(|other| other.0 <= cost), (cost, k, side));
+            nearest.truncate(SPHERE);
+        }
+    }
+    Ok(nearest)
 }
 
 /// How far the tips of the limbs lie on that side of their joints, in reaches.

@@ -70,4 +70,15 @@ mod tests {
             assert!(length(crate::mesh::subtract(cross(right, up), toward_camera)) < 1e-12);
         }
     }
+    #[test]
+    fn a_rolled_frame_has_the_direction_to_the_right() {
+        let frame = Frame::looking_from([1.0, 2.0, -0.5]);
+        let point = [0.3, -0.7, 0.9];
+        let [x, y] = frame.project(point);
+        let length = x.hypot(y);
+        let rolled = frame.rolled([x / length, y / length]);
+        let [right, up] = rolled.project(point);
+        assert!((right - length).abs() < 1e-12 && up.abs() < 1e-12);
+        assert_eq!(rolled.toward_camera, frame.toward_camera);
+    }
 }

@@ -76,3 +76,35 @@ impl PreparedMesh {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alignment::solids::{star, turned};
+    use crate::mesh::{length, subtract};
+    use crate::numerics::Unwatched;
+
+    #[test]
+    fn a_mesh_is_prepared_the_same_however_it_lies() {
+        let body = star(0.0);
+        let bent = |&[x, y, z]: &[f64; 3]| [3.0 * x, 1.5 * y, z + 0.3 * x * x];
+        let lying: Vec<[f64; 3]> = body.positions().iter().map(bent).collect();
+        let prepared = |positions: Vec<[f64; 3]>| {
+            let mesh = TriangleMesh::new(positions, body.triangles().to_vec()).unwrap();
+            PreparedMesh::new(&mesh, &Unwatched).unwrap()
+        };
+        let own = prepared(lying.clone());
+        let angles = [0.7, 2.1];
+        let other = prepared(lying.iter().map(|&p| turned(p, angles).map(|x| 40.0 * x + 7.0)).collect());
+        for (&p, &q) in own.positions.iter().zip(&other.positions) {
+            assert!(length(subtract(p, q)) < 1e-9);
+        }
+        let views = |mesh: &PreparedMesh| [&mesh.canonical[..], &mesh.sphere].concat();
+        for (own_view, other_view) in views(&own).iter().zip(&views(&other)) {
+            let (a, b) = (own.axes.frame_back(&own_view.frame), other.axes.frame_back(&other_view.frame));
+            // Simplex search and pixels answer rounding by a little more.
+            assert!(length(subtract(turned(a.toward_camera, angles), b.toward_camera)) < 1e-6);
+            assert!(length(subtract(turned(a.up, angles), b.up)) < 1e-2);
+        }
+    }
+}

@@ -167,6 +167,19 @@ mod tests {
     }
 
     #[test]
+    fn a_figure_extends_along_its_longest_axis() {
+        for turn in [-1.2f64, 0.0, 0.4, 1.5] {
+            let (sin, cos) = turn.sin_cos();
+            let corner = |x: f64, y: f64| [cos * x - sin * y, sin * x + cos * y];
+            let bar = [corner(0.0, 0.0), corner(5.0, 0.0), corner(5.0, 1.0), corner(0.0, 1.0)];
+            let [x, y] = silhouette(&bar, &[[0, 1, 2], [0, 2, 3]]).longest_axis();
+            assert!((x * cos + y * sin).abs() > 0.9999 && (x.hypot(y) - 1.0).abs() < 1e-12);
+        }
+        let [x, y] = silhouette(&[], &[]).longest_axis();
+        assert!((x.hypot(y) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_needle_is_a_line_without_a_gap() {
         let mask = silhouette(&[[0.0, 0.0], [1.0, 0.37], [0.5, 0.185]], &[[0, 1, 2]]);
         let columns: Vec<usize> = (0..256).map(|x| (0..256).filter(|&y| mask.inside.get(x, y)).count()).collect();

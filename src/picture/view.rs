@@ -19,7 +19,8 @@ const AGREES: f64 = 0.5;
 pub fn matched(pair: &Matched<'_>) -> Frame {
     let upright = |frame: Frame| {
         let Likeness { turn, correlation } = likeness(pair, &frame);
-        (rolled(&frame, if correlation >= AGREES { turn } else { 0.0 }), correlation)
+        let (sin, cos) = if correlation >= AGREES { turn.sin_cos() } else { (0.0, 1.0) };
+        (frame.rolled([cos, sin]), correlation)
     };
     if let Some(view) = pair.view {
         return upright(view).0;
@@ -88,17 +89,6 @@ fn likeness(pair: &Matched<'_>, frame: &Frame) -> Likeness {
     }
     let correlation = cosine.hypot(sine) / (drawn_norm.sqrt() * seen_norm.sqrt());
     Likeness { turn: sine.atan2(cosine), correlation }
-}
-
-/// The frame whose picture is turned clockwise by the angle.
-fn rolled(frame: &Frame, angle: f64) -> Frame {
-    let (sin, cos) = angle.sin_cos();
-    let Frame { right, up, toward_camera } = *frame;
-    Frame {
-        right: std::array::from_fn(|i| cos * right[i] + sin * up[i]),
-        up: std::array::from_fn(|i| cos * up[i] - sin * right[i]),
-        toward_camera,
-    }
 }
 
 fn mean<const N: usize>(points: &[[f64; N]]) -> [f64; N] {
