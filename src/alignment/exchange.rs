@@ -52,7 +52,7 @@ mod tests {
         let partners = partners(&mesh);
         assert_eq!(partners.len(), 2);
         for pair in partners {
-            let [left, right] = pair.map(|limb| mesh.positions[mesh.limbs[limb].tip as usize]);
+            let [left, right] = pair.map(|limb| mesh.axes.back(mesh.positions[mesh.limbs[limb].tip as usize]));
             assert!((left[0] + right[0]).abs() < 0.1 && left[0].abs() > 0.3 && (left[2] - right[2]).abs() < 0.1);
         }
         assert!(super::partners(&PreparedMesh::new(&sphere(16, 32), &Unwatched).unwrap()).is_empty());
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn answers_change_sides_on_the_limbs_alone() {
         let mesh = PreparedMesh::new(&star(0.0), &Unwatched).unwrap();
-        let frame = Frame::looking_from([0.0, 1.0, 0.0]);
+        let frame = Frame::looking_from(mesh.axes.along([0.0, 1.0, 0.0]));
         let visible = Visible::new(&mesh.positions, &mesh.triangles, &frame);
         let map: Vec<u32> = mesh.positions.iter().map(|&p| visible.vertex(frame.project(p))).collect();
         let pair = partners(&mesh)[0];
