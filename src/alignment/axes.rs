@@ -6,6 +6,18 @@ use serde::{Deserialize, Serialize};
 use super::frame::Frame;
 use crate::mesh::{cross, dot};
 
+/// The n positions of a mesh about their centre of mass, divided by `scale`; the masses sum to 1.
+pub(super) fn centred(positions: &[[f64; 3]], masses: &[f64], scale: f64) -> Vec<[f64; 3]> {
+    let middle: [f64; 3] = std::array::from_fn(|i| positions.iter().zip(masses).map(|(p, mass)| p[i] * mass).sum());
+    positions.iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale)).collect()
+}
+
+/// The angle of the longest axis of a figure of which the sums of x² − y² and of x y about its middle are known: where the
+/// quadratic form of the second moments is largest on the circle.
+pub(super) fn longest(squares: f64, product: f64) -> f64 {
+    0.5 * (2.0 * product).atan2(squares)
+}
+
 /// Orthonormal axes, right-handed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axes([[f64; 3]; 3]);

@@ -57,14 +57,7 @@ pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> 
     let seen = |view: &View, side: usize| if side == 0 { view.clone() } else { view.from_behind() };
 
     let mut chosen = Vec::new();
-    let mut ranked = Vec::with_capacity(2 * mesh.canonical.len());
-    for (k, view) in mesh.canonical.iter().enumerate() {
-        watch.proceed(0.0)?;
-        for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
-            ranked.push((cost(&differences(&shape.contour, contour), CANONICAL_EVERY), k, side));
-        }
-    }
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ranked = nearest(shape, &mesh.canonical, 2 * mesh.canonical.len(), CANONICAL_EVERY, watch)?;
     let cost_of =
         |k: usize, side: usize| ranked.iter().find(|r| (r.1, r.2) == (k, side)).map_or(f64::INFINITY, |r| r.0);
     for &(cost, k, side) in &ranked {
@@ -80,26 +73,31 @@ pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> 
     }
     let canonical =
         chosen.into_iter().map(|(k, side)| Candidate::new(shape, seen(&mesh.canonical[k], side), Kind::Canonical(k)));
-    let sphere = nearest(shape, &mesh.sphere, watch)?
+    let sphere = nearest(shape, &mesh.sphere, SPHERE, SPHERE_EVERY, watch)?
         .into_iter()
         .map(|(_, k, side)| Candidate::new(shape, seen(&mesh.sphere[k], side), Kind::Sphere(k)));
     Ok(canonical.chain(sphere).collect())
 }
 
-/// The few views of the sphere of least cost, of equals the first: (cost, view, side).
-fn nearest(shape: &FlatShape, views: &[View], watch: &dyn Watch) -> Result<Vec<(f64, usize, usize)>, Cancelled> {
-    let mut nearest: Vec<(f64, usize, usize)> = Vec::with_capacity(SPHERE + 1);
+/// The `count` views from either side of least cost, of equals the first: (cost, view, side).
+fn nearest(
+    shape: &FlatShape,
+    views: &[View],
+    count: usize,
+    every: usize,
+    watch: &dyn Watch,
+) -> Result<Vec<(f64, usize, usize)>, Cancelled> {
+    let mut nearest: Vec<(f64, usize, usize)> = Vec::with_capacity(count + 1);
     for (k, view) in views.iter().enumerate() {
         watch.proceed(0.0)?;
         for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
             let differences = differences(&shape.contour, contour);
-            let most = if nearest.len() < SPHERE { f64::INFINITY } else { nearest[SPHERE - 1].0 };
-            if least_cost(&differences) > most {
+            if nearest.len() == count && least_cost(&differences) > nearest[count - 1].0 {
                 continue;
             }
-            let cost = cost(&differences, SPHERE_EVERY);
+            let cost = cost(&differences, every);
             nearest.insert(nearest.partition_point(|other| other.0 <= cost), (cost, k, side));
-            nearest.truncate(SPHERE);
+            nearest.truncate(count);
         }
     }
     Ok(nearest)

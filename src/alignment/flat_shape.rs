@@ -1,6 +1,6 @@
 //! A sketch made ready to be laid on a mesh.
 
-use super::axes::Axes;
+use super::axes::{Axes, centred};
 use super::contour::Contour;
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
@@ -30,8 +30,7 @@ pub struct FlatShape {
 }
 
 impl FlatShape {
-    /// The sketch `mesh` (z = 0, counter-clockwise, connected) at area 1,
-    /// its longest principal axis lying flat.
+    /// The sketch `mesh` (z = 0, counter-clockwise, connected) at area 1, its longest principal axis lying flat.
     ///
     /// # Errors
     /// [`Cancelled`] by the watcher.
@@ -40,10 +39,7 @@ impl FlatShape {
         let scale = area.sqrt();
         let masses: Vec<f64> =
             laplacian::mass(mesh, laplacian::Lumping::Barycentric).iter().map(|a| a / area).collect();
-        let middle: [f64; 3] =
-            std::array::from_fn(|i| mesh.positions().iter().zip(&masses).map(|(p, mass)| p[i] * mass).sum());
-        let centred = mesh.positions().iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale));
-        let centred: Vec<[f64; 3]> = centred.collect();
+        let centred = centred(mesh.positions(), &masses, scale);
         let [right, up, _] = Axes::principal(&centred, &masses).longest();
         // Turned so that its longest axis lies flat.
         let positions: Vec<[f64; 2]> =

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::axes::Axes;
+use super::axes::{Axes, centred};
 use super::limbs::{Limb, limbs};
 use super::sampled_distances::SampledDistances;
 use super::symmetry::{Symmetry, plane};
@@ -45,10 +45,7 @@ impl PreparedMesh {
         let area = mesh.area();
         let scale = area.sqrt();
         let masses: Vec<f64> = mass(mesh, Lumping::Barycentric).iter().map(|a| a / area).collect();
-        let middle: [f64; 3] =
-            std::array::from_fn(|i| mesh.positions().iter().zip(&masses).map(|(p, mass)| p[i] * mass).sum());
-        let centred = mesh.positions().iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale));
-        let centred: Vec<[f64; 3]> = centred.collect();
+        let centred = centred(mesh.positions(), &masses, scale);
         let axes = Axes::principal(&centred, &masses);
         let positions = centred.into_iter().map(|p| axes.along(p)).collect();
         let triangles = mesh.triangles().to_vec();

@@ -1,5 +1,6 @@
 //! Pictures of projected triangles.
 
+use super::axes::longest;
 use super::bitmap::Bitmap;
 
 /// Longer side of the picture, border included, in pixels.
@@ -37,8 +38,7 @@ impl Mask {
             squares += x * x - y * y;
             product += x * y;
         }
-        // Where the quadratic form of the second moments is largest on the circle.
-        let (sin, cos) = (0.5 * (2.0 * product).atan2(squares)).sin_cos();
+        let (sin, cos) = longest(squares, product).sin_cos();
         [cos, sin]
     }
 

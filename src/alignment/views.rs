@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::axes::longest;
 use super::frame::Frame;
 use crate::mesh::subtract;
 
@@ -33,8 +34,7 @@ pub fn canonical_directions(positions: &[[f64; 3]], masses: &[f64], normal: [f64
         squares += mass * (x * x - y * y);
         product += mass * x * y;
     }
-    // Where the quadratic form of the second moments is largest on the circle.
-    let longest = 0.5 * (2.0 * product).atan2(squares);
+    let longest = longest(squares, product);
     let in_plane = (0..IN_PLANE).map(|step| {
         let (sin, cos) = (longest + PI * step as f64 / IN_PLANE as f64).sin_cos();
         std::array::from_fn(|i| cos * frame.right[i] + sin * frame.up[i])
