@@ -6,7 +6,7 @@ use super::flat_shape::FlatShape;
 use super::frame::Frame;
 use super::landmarks::Landmarks;
 use super::laying::{Laying, laid};
-use super::pose::{self, exchanges, posed};
+use super::pose::{self, posed};
 use super::prepared::PreparedMesh;
 use super::view::View;
 use super::visible::Visible;
@@ -20,9 +20,6 @@ const POSE_FROM: f64 = 0.05;
 const EFFORT: f64 = 0.005;
 /// The price of landmarks missed beside the other costs.
 const LANDMARK_PRICE: f64 = 0.2;
-/// The price of landmarks missed once the view is chosen, and by how much limbs exchanged have to better the whole.
-const ASTRAY_PRICE: f64 = 0.2;
-const EXCHANGE: f64 = 0.02;
 
 /// A sketch on one view.
 #[derive(Clone)]
@@ -102,35 +99,8 @@ impl Attempt {
         Ok(if posed.score() < self.score() { posed } else { self })
     }
 
-    /// The attempt mended by the landmarks: on this side of the body or the other, with the limbs as they are or near and
-    /// far ones exchanged, led by them or pinned to them, whichever agrees with them best.
-    ///
-    /// # Errors
-    /// [`AlignmentError`]; the watcher is asked at every exchange.
-    pub fn mended(
-        &self,
-        shape: &FlatShape,
-        mesh: &PreparedMesh,
-        landmarks: &Landmarks,
-        watch: &dyn Watch,
-    ) -> Result<Attempt, AlignmentError> {
-        let mut best = self.clone();
-        let mut least = f64::INFINITY;
-        for angles in exchanges(mesh, &self.view.frame, &self.angles) {
-            watch.proceed(0.0)?;
-            let margin = if angles == self.angles { 0.0 } else { EXCHANGE };
-            for attempt in self.led(shape, mesh, landmarks, angles)? {
-                let price = attempt.laying.cost + attempt.distortion.mean + ASTRAY_PRICE * attempt.astray + margin;
-                if price < least {
-                    (least, best) = (price, attempt);
-                }
-            }
-        }
-        Ok(best)
-    }
-
     /// The sketch laid by the help of the landmarks on the mesh in another pose, in every way and from both sides.
-    fn led(
+    pub fn led(
         &self,
         shape: &FlatShape,
         mesh: &PreparedMesh,

@@ -17,6 +17,7 @@ const CANONICAL_EVERY: usize = 2;
 const SPHERE_EVERY: usize = 3;
 
 /// A view, where it is from, and how the sketch's outline lies on its own.
+#[derive(Clone)]
 pub struct Candidate {
     pub view: View,
     pub kind: Kind,

@@ -4,7 +4,6 @@ use super::Pair;
 use super::contour::SAMPLES;
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
-use super::sampled_distances::Place;
 use super::view::View;
 
 /// How much a difference of distances, in units of √area, counts beside the difference of two samples, and the largest
@@ -13,6 +12,9 @@ const PRICE: f64 = 1.0;
 const MOST: f64 = 0.4;
 /// The distance from a landmark, on the mesh, at which what it tells counts 1/e.
 const REACH: f64 = 0.3;
+
+/// The distance from a landmark at which its answer misses it.
+pub(super) const MISSED: f64 = 0.08;
 
 /// Landmarks, and the distances from them within the sketch.
 pub(super) struct Landmarks {
@@ -54,23 +56,20 @@ impl Landmarks {
         }
     }
 
-    /// Mean disagreement, each at most 0.4, of the distances from the landmarks to the samples and their answers.
-    pub fn bent(&self, shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> f64 {
-        let answers: Vec<Place> = shape.samples.iter().map(|&x| mesh.distances.at(map[x as usize])).collect();
-        let of = |(pair, field): (&Pair, &Vec<f64>)| {
-            let place = mesh.distances.at(pair.mesh);
-            let disagreement =
-                |(&x, answer): (&u32, &Place)| (scale * field[x as usize] - answer.to(&place)).abs().min(MOST);
-            shape.samples.iter().zip(&answers).map(disagreement).sum::<f64>()
-        };
-        let all = self.pairs.iter().zip(&self.fields).map(of).sum::<f64>();
-        all / (self.pairs.len() * shape.samples.len()).max(1) as f64
+    /// The distance on the mesh of every landmark from its answer in a map.
+    pub fn misses(&self, mesh: &PreparedMesh, map: &[u32]) -> Vec<f64> {
+        self.pairs.iter().map(|pair| mesh.distances.between(map[pair.sketch as usize], pair.mesh)).collect()
+    }
+
+    /// Whether a map misses one of them.
+    pub fn contradict(&self, mesh: &PreparedMesh, map: &[u32]) -> bool {
+        self.misses(mesh, map).into_iter().any(|miss| miss > MISSED)
     }
 
     /// Mean distance on the mesh, each at most 0.4, of the landmarks from their answers in a map.
     pub fn astray(&self, mesh: &PreparedMesh, map: &[u32]) -> f64 {
-        let distance = |pair: &Pair| mesh.distances.between(map[pair.sketch as usize], pair.mesh).min(MOST);
-        self.pairs.iter().map(distance).sum::<f64>() / self.pairs.len().max(1) as f64
+        let misses = self.misses(mesh, map);
+        misses.iter().map(|miss| miss.min(MOST)).sum::<f64>() / misses.len().max(1) as f64
     }
 }
 

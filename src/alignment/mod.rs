@@ -11,7 +11,6 @@ mod by_distances;
 mod candidates;
 pub mod contour;
 pub mod energy;
-mod exchange;
 pub mod flat_shape;
 pub mod frame;
 mod inner_paths;
@@ -37,7 +36,7 @@ mod visible;
 pub mod warping;
 
 use attempt::{Attempt, attempts};
-use candidates::candidates;
+use candidates::{Candidate, candidates};
 use flat_shape::FlatShape;
 use frame::Frame;
 use landmarks::Landmarks;
@@ -127,12 +126,24 @@ pub fn aligned(
     landmarks: &[Pair],
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
-    let landmarks = &Landmarks::new(shape, landmarks);
+    let (landmarks, none) = (&Landmarks::new(shape, landmarks), &Landmarks::new(shape, &[]));
     let candidates = candidates(shape, mesh, watch)?;
-    let mut attempts = attempts(shape, mesh, candidates, landmarks, PLAUSIBLE.max(UNDECIDED))?;
-    let best = best_in_pose(&mut attempts, shape, mesh, landmarks, watch)?;
-    let best = if landmarks.is_empty() { best } else { reconciled(best, shape, mesh, landmarks, watch)? };
-    let second = attempts.into_iter().find(|other| {
+    let (mut best, others) = best_view(shape, mesh, candidates.clone(), none, watch)?;
+    let mut believed = if best.distortion.mean > BENT {
+        by_distances::mapped(shape, mesh, &best.map, &best.laying.costs, watch)?
+    } else {
+        None
+    };
+    let map = believed.as_ref().unwrap_or(&best.map);
+    if landmarks.contradict(mesh, map) {
+        let answer = best.clone().answering(shape, mesh, landmarks, map.clone());
+        let (of_led_view, _) = best_view(shape, mesh, candidates, landmarks, watch)?;
+        let reconciled = reconciled(answer, of_led_view, shape, mesh, landmarks, watch)?;
+        if reconciled.map != *map {
+            (best, believed) = (reconciled, None);
+        }
+    }
+    let second = others.into_iter().find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE
     });
@@ -145,11 +156,6 @@ pub fn aligned(
         score: other.score(),
         map: other.map,
     });
-    let believed = if best.distortion.mean > BENT && landmarks.is_empty() {
-        by_distances::mapped(shape, mesh, &best.map, &best.laying.costs, watch)?
-    } else {
-        None
-    };
     let confidence = trust::trust(shape, mesh, &best.laying, &best.map, &best.distortion);
     let way = match (&believed, best.swing() > 0.0) {
         (Some(_), _) => Way::Distances,
@@ -172,14 +178,15 @@ pub fn aligned(
     })
 }
 
-/// Takes the best out of the attempts, which are sorted, once those that are nearly as good have found their poses.
-fn best_in_pose(
-    attempts: &mut Vec<Attempt>,
+/// The best attempt on the candidates, once those that are nearly as good have found their poses, and the others.
+fn best_view(
     shape: &FlatShape,
     mesh: &PreparedMesh,
+    candidates: Vec<Candidate>,
     landmarks: &Landmarks,
     watch: &dyn Watch,
-) -> Result<Attempt, AlignmentError> {
+) -> Result<(Attempt, Vec<Attempt>), AlignmentError> {
+    let mut attempts = attempts(shape, mesh, candidates, landmarks, PLAUSIBLE.max(UNDECIDED))?;
     let most = attempts.first().map_or(f64::INFINITY, |best| best.score() + UNDECIDED);
     let undecided = attempts.iter().take(POSED).take_while(|attempt| attempt.score() <= most).count();
     let mut posed: Vec<Attempt> = Vec::with_capacity(undecided);
@@ -190,5 +197,5 @@ fn best_in_pose(
     posed.sort_by(|a, b| a.score().total_cmp(&b.score()));
     attempts.splice(..0, posed);
     // Every mesh has a view along the normal of its plane of symmetry, so that there is an attempt.
-    Ok(attempts.remove(0))
+    Ok((attempts.remove(0), attempts))
 }

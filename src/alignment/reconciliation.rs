@@ -1,25 +1,24 @@
-//! An attempt reconciled with landmarks: seen from the other side, mended, limbs exchanged, and what still contradicts
-//! them answered anew. Each is done only where it betters the whole, so that a landmark does not spoil what it is far
-//! from.
+//! An answer that landmarks contradict, against other layings of the sketch. All of these are led by the landmarks, so
+//! that agreeing with them is little merit; what tells layings apart is how they bend distances, and how much they change
+//! of what no landmark contradicts.
 
 use super::attempt::Attempt;
 use super::by_distances::{Anchor, answered};
-use super::exchange::{exchanged, partners};
 use super::flat_shape::FlatShape;
-use super::landmarks::Landmarks;
+use super::landmarks::{Landmarks, MISSED};
+use super::pose::exchanges;
 use super::prepared::PreparedMesh;
+use super::sampled_distances::Place;
 use super::{AlignmentError, Pair};
 use crate::numerics::{Cancelled, Watch};
 
-/// What landmarks missed weigh beside distances bent.
-const MISSED_PRICE: f64 = 0.2;
-/// By how much the price must fall for the other side of the body and for limbs exchanged, for another laying of the
-/// sketch, and for answers by distances alone, which are coarser than those seen.
-const EXCHANGED: f64 = 0.001;
-const MENDED: f64 = 0.01;
-const ANEW: f64 = 0.03;
-/// The distance from a landmark at which its answer misses it.
-const MISSED: f64 = 0.08;
+/// What landmarks missed, and answers changed that they do not contradict, weigh beside distances bent.
+const MISSED_PRICE: f64 = 0.1;
+const CHANGE_PRICE: f64 = 0.3;
+/// The change of an answer that counts most, in units of √area.
+const MOST: f64 = 0.4;
+/// By how much the price must fall for another laying, and for answers found anew.
+const MARGIN: f64 = 0.003;
 /// How much a distance from a landmark may be off, as such and as a share of it.
 const SLACK: f64 = 0.06;
 const SHARE: f64 = 0.3;
@@ -29,61 +28,71 @@ const ANCHORS: usize = 30;
 /// hours.
 const TOLD: usize = 30;
 
-/// The attempt, or one made of it that agrees better with the landmarks, of which there is one at least.
+/// The answer, or one that agrees better with the landmarks: that of the view they lead to, either looked at from
+/// behind, or laid anew by them with the limbs as they are or exchanged; what still contradicts a landmark found anew.
 ///
 /// # Errors
-/// [`AlignmentError`].
+/// [`AlignmentError`]; the watcher is asked at every exchange.
 pub(super) fn reconciled(
-    attempt: Attempt,
+    answer: Attempt,
+    of_led_view: Attempt,
     shape: &FlatShape,
     mesh: &PreparedMesh,
     landmarks: &Landmarks,
     watch: &dyn Watch,
 ) -> Result<Attempt, AlignmentError> {
-    let known = Known { shape, mesh, landmarks };
-    let turned = attempt.turned_round(shape, mesh, landmarks);
-    let mended = attempt.mended(shape, mesh, landmarks, watch)?;
-    let mut best = known.with_limbs_exchanged(attempt);
-    for (other, margin) in [(turned, EXCHANGED), (mended, MENDED)] {
-        watch.proceed(0.0)?;
-        best = known.better(best, known.with_limbs_exchanged(other), margin);
+    let known = Known::new(shape, mesh, landmarks, &answer.map);
+    let mut best = answer.clone();
+    for start in [answer, of_led_view] {
+        best = known.better(best, start.turned_round(shape, mesh, landmarks));
+        for angles in exchanges(mesh, &start.view.frame, &start.angles) {
+            watch.proceed(0.0)?;
+            best = start.led(shape, mesh, landmarks, angles)?.into_iter().fold(best, |a, b| known.better(a, b));
+        }
+        best = known.better(best, start);
     }
     Ok(known.answered_anew(best, watch)?)
 }
 
-/// Both shapes and what the user knows of them.
+/// Both shapes, what the user knows of them, and what is to stay.
 struct Known<'a> {
     shape: &'a FlatShape,
     mesh: &'a PreparedMesh,
     landmarks: &'a Landmarks,
+    /// For every sample of the sketch its answer, where the landmark nearest to it is not missed.
+    confirmed: Vec<Option<Place>>,
 }
 
 impl Known<'_> {
-    /// How far an attempt's map bends distances, those from landmarks above all, and misses landmarks.
+    fn new<'a>(shape: &'a FlatShape, mesh: &'a PreparedMesh, landmarks: &'a Landmarks, answer: &[u32]) -> Known<'a> {
+        let missed = landmarks.misses(mesh, answer);
+        let near = |l: usize, x: u32| landmarks.fields[l][x as usize];
+        let nearest = |x: u32| (0..missed.len()).min_by(|&a, &b| near(a, x).total_cmp(&near(b, x)));
+        let confirmed = |&x: &u32| {
+            let hit = nearest(x).is_none_or(|landmark| missed[landmark] <= MISSED);
+            hit.then(|| mesh.distances.at(answer[x as usize]))
+        };
+        Known { shape, mesh, landmarks, confirmed: shape.samples.iter().map(confirmed).collect() }
+    }
+
+    /// How far an attempt's map bends distances, misses landmarks and changes what is confirmed.
     fn price(&self, attempt: &Attempt) -> f64 {
-        let distortion = &attempt.distortion;
-        let bent = self.landmarks.bent(self.shape, self.mesh, &attempt.map, distortion.scale);
-        distortion.mean + bent + MISSED_PRICE * attempt.astray
+        attempt.distortion.mean + MISSED_PRICE * attempt.astray + CHANGE_PRICE * self.change(&attempt.map)
+    }
+
+    /// Mean distance, each at most 0.4, of a map's answers from those confirmed, others counting 0.
+    fn change(&self, map: &[u32]) -> f64 {
+        let samples = self.shape.samples.iter().zip(&self.confirmed);
+        let change = |(&x, confirmed): (&u32, &Option<Place>)| {
+            let answer = self.mesh.distances.at(map[x as usize]);
+            confirmed.as_ref().map_or(0.0, |confirmed| answer.to(confirmed).min(MOST))
+        };
+        samples.map(change).sum::<f64>() / self.confirmed.len().max(1) as f64
     }
 
     /// The other attempt, where it costs less by the margin.
-    fn better(&self, attempt: Attempt, other: Attempt, margin: f64) -> Attempt {
-        if self.price(&other) < self.price(&attempt) - margin { other } else { attempt }
-    }
-
-    /// The attempt, or that with another map where it costs less by the margin.
-    fn bettered(&self, attempt: Attempt, map: Vec<u32>, margin: f64) -> Attempt {
-        let other = attempt.clone().answering(self.shape, self.mesh, self.landmarks, map);
-        self.better(attempt, other, margin)
-    }
-
-    /// The attempt with those pairs of limbs exchanged in its map that better it.
-    fn with_limbs_exchanged(&self, mut attempt: Attempt) -> Attempt {
-        for pair in partners(self.mesh) {
-            let map = exchanged(self.mesh, &attempt.view.frame, pair, &attempt.map);
-            attempt = self.bettered(attempt, map, EXCHANGED);
-        }
-        attempt
+    fn better(&self, attempt: Attempt, other: Attempt) -> Attempt {
+        if self.price(&other) < self.price(&attempt) - MARGIN { other } else { attempt }
     }
 
     /// The attempt with the answers that contradict a landmark it misses found from the distances to the others.
@@ -104,7 +113,8 @@ impl Known<'_> {
             let wrong: Vec<bool> = (0..attempt.map.len()).map(contradicts).collect();
             let anchors = self.anchors(&attempt.map, &wrong, watch)?;
             let map = answered(self.mesh, &attempt.map, &wrong, &anchors, scale, watch)?;
-            attempt = self.bettered(attempt, map, ANEW);
+            let other = attempt.clone().answering(self.shape, self.mesh, self.landmarks, map);
+            attempt = self.better(attempt, other);
         }
         Ok(attempt)
     }
