@@ -34,10 +34,6 @@ impl Landmarks {
         Landmarks { pairs: pairs.to_vec(), fields, outline }
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
-    }
-
     /// What has to be added to the differences (110 × 110) between the sketch's and the view's contour: how far the
     /// distances of the two samples from the landmarks disagree, `scale` being a length of the mesh by that of the
     /// sketch. `positions` (n × 3) are those that are seen.

@@ -2,7 +2,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 /// What the threads yield to those that answer requests.
 #[cfg(target_os = "linux")]
-const NICENESS: i32 = 10;
+const NICENESS: i32 = 19;
 
 /// As many threads as may compute at once, of low priority.
 pub(super) fn of(workers: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
