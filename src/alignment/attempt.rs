@@ -113,7 +113,7 @@ impl Attempt {
         let behind = front.from_behind();
         let mut attempts = Vec::new();
         for (view, turned) in [(behind, true), (front, false)] {
-            let visible = Visible::new(&positions, &mesh.triangles, &view.frame);
+            let visible = Visible::new(&positions, &mesh.triangles, mesh.closed, &view.frame);
             for laying in &layings {
                 let laying = if turned { laying.turned_round() } else { laying.clone() };
                 let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
@@ -193,6 +193,6 @@ pub(super) fn attempts(
 
 /// The vertices in front of places in the picture.
 fn lifted(mesh: &PreparedMesh, positions: &[[f64; 3]], frame: &Frame, places: &[[f64; 2]]) -> Vec<u32> {
-    let visible = Visible::new(positions, &mesh.triangles, frame);
+    let visible = Visible::new(positions, &mesh.triangles, mesh.closed, frame);
     places.iter().map(|&place| visible.vertex(place)).collect()
 }

@@ -1,9 +1,13 @@
 //! A sketch made ready to be laid on a mesh.
 
+use sprs::{CsMat, TriMat};
+
+use super::AlignmentError;
 use super::axes::{Axes, centred};
 use super::contour::Contour;
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
+use crate::numerics::cholesky::Analysis;
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian;
 
@@ -17,6 +21,9 @@ pub struct FlatShape {
     pub triangles: Vec<[u32; 3]>,
     /// Edges i < j with half the sum of the cotangents opposite them, at least a little.
     pub edges: Vec<(u32, u32, f64)>,
+    /// 2 L of these weights, m × m, and its analysis, which that with another diagonal has too.
+    pub laplacian: CsMat<f64>,
+    pub analysis: Analysis,
     /// The vertices of the outline, counter-clockwise; holes are left out.
     pub outline: Vec<u32>,
     /// Farthest points, and their distances within the figure to every vertex.
@@ -33,8 +40,8 @@ impl FlatShape {
     /// The sketch `mesh` (z = 0, counter-clockwise, connected) at area 1, its longest principal axis lying flat.
     ///
     /// # Errors
-    /// [`Cancelled`] by the watcher.
-    pub fn new(mesh: &TriangleMesh, watch: &dyn Watch) -> Result<FlatShape, Cancelled> {
+    /// [`AlignmentError`].
+    pub fn new(mesh: &TriangleMesh, watch: &dyn Watch) -> Result<FlatShape, AlignmentError> {
         let area = mesh.area();
         let scale = area.sqrt();
         let masses: Vec<f64> =
@@ -47,8 +54,12 @@ impl FlatShape {
         let marching = Marching::new(mesh);
         let (samples, mut distances) = farthest_points(&marching, &positions, watch)?;
         distances.iter_mut().flatten().for_each(|d| *d /= scale);
+        let edges = edges(mesh);
+        let laplacian = doubled_laplacian(&edges, positions.len());
         Ok(FlatShape {
-            edges: edges(mesh),
+            edges,
+            analysis: Analysis::new(&laplacian)?,
+            laplacian,
             outline: outline(mesh.triangles()),
             contour: Contour::of(&positions, mesh.triangles()),
             masses,
@@ -93,6 +104,17 @@ fn edges(mesh: &TriangleMesh) -> Vec<(u32, u32, f64)> {
     let stiffness = laplacian::stiffness(mesh);
     let above = stiffness.iter().filter(|(_, (i, j))| i < j);
     above.map(|(value, (i, j))| (i as u32, j as u32, (-value).max(1e-6))).collect()
+}
+
+fn doubled_laplacian(edges: &[(u32, u32, f64)], count: usize) -> CsMat<f64> {
+    let mut entries = TriMat::with_capacity((count, count), 4 * edges.len());
+    for &(i, j, w) in edges {
+        let (i, j) = (i as usize, j as usize);
+        for (row, column, sign) in [(i, i, 2.0), (j, j, 2.0), (i, j, -2.0), (j, i, -2.0)] {
+            entries.add_triplet(row, column, sign * w);
+        }
+    }
+    entries.to_csr()
 }
 
 /// The longest closed boundary, in the order of the triangles' winding.

@@ -8,12 +8,13 @@ use super::sampled_distances::SampledDistances;
 use super::symmetry::{Symmetry, plane};
 use super::view::View;
 use super::views::{canonical_directions, half_sphere};
-use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::boundary_vertices;
+use crate::mesh::{TriangleMesh, cross, dot};
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian::{Lumping, mass};
 
 /// Raised with every change that alters what is made of a mesh: what was kept before is then not found any more.
-pub const PREPARATION_VERSION: u32 = 2;
+pub const PREPARATION_VERSION: u32 = 3;
 
 /// Points that distances are known from.
 const SAMPLES: usize = 120;
@@ -27,6 +28,8 @@ pub struct PreparedMesh {
     pub axes: Axes,
     pub positions: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
+    /// Whether no triangle is seen from behind: none has a free edge, and all are counter-clockwise from outside.
+    pub closed: bool,
     pub symmetry: Symmetry,
     pub distances: SampledDistances,
     pub limbs: Vec<Limb>,
@@ -65,6 +68,7 @@ impl PreparedMesh {
             axes,
             positions: positions.to_vec(),
             triangles: triangles.to_vec(),
+            closed: is_seen_from_outside(&unit),
             symmetry,
             distances,
             limbs,
@@ -74,10 +78,19 @@ impl PreparedMesh {
     }
 }
 
+/// Whether the mesh has no boundary, and its triangles are counter-clockwise from outside.
+fn is_seen_from_outside(mesh: &TriangleMesh) -> bool {
+    let volume = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| mesh.positions()[v as usize]);
+        dot(a, cross(b, c))
+    };
+    !boundary_vertices(mesh).contains(&true) && mesh.triangles().iter().map(volume).sum::<f64>() > 0.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::{star, turned};
+    use crate::alignment::solids::{sheet, sphere, star, turned};
     use crate::mesh::{length, subtract};
     use crate::numerics::Unwatched;
 
@@ -103,5 +116,13 @@ mod tests {
             assert!(length(subtract(turned(a.toward_camera, angles), b.toward_camera)) < 1e-6);
             assert!(length(subtract(turned(a.up, angles), b.up)) < 1e-2);
         }
+    }
+
+    #[test]
+    fn a_closed_mesh_is_seen_from_outside_unless_it_is_inside_out() {
+        let ball = sphere(8, 16);
+        assert!(is_seen_from_outside(&ball) && !is_seen_from_outside(&sheet(3, 3)));
+        let reversed = ball.triangles().iter().map(|&[a, b, c]| [a, c, b]).collect();
+        assert!(!is_seen_from_outside(&TriangleMesh::new(ball.positions().to_vec(), reversed).unwrap()));
     }
 }

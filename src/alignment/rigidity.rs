@@ -1,7 +1,6 @@
 //! As-rigid-as-possible deformation of a flat shape [SA07].
 
 use faer::Mat;
-use sprs::TriMat;
 
 use super::flat_shape::FlatShape;
 use crate::numerics::cholesky::{FactorisationError, SparseCholesky};
@@ -24,24 +23,20 @@ pub struct Pull {
 /// Where the pulls leave the position undetermined.
 pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
     let n = shape.positions.len();
-    let mut entries = TriMat::with_capacity((n, n), 4 * shape.edges.len() + pulls.len());
-    for &(i, j, w) in &shape.edges {
-        let (i, j) = (i as usize, j as usize);
-        entries.add_triplet(i, i, 2.0 * w);
-        entries.add_triplet(j, j, 2.0 * w);
-        entries.add_triplet(i, j, -2.0 * w);
-        entries.add_triplet(j, i, -2.0 * w);
-    }
+    let mut matrix = shape.laplacian.clone();
     let mut hold = vec![0.0; n];
     let mut pull = vec![[0.0; 2]; n];
     for p in pulls {
         let v = p.vertex as usize;
-        entries.add_triplet(v, v, p.weight);
         hold[v] += p.weight;
         pull[v][0] += p.weight * p.target[0];
         pull[v][1] += p.weight * p.target[1];
     }
-    let factor = SparseCholesky::new(&entries.to_csr())?;
+    for (diagonal, hold) in matrix.diag_iter_mut().zip(&hold) {
+        // A vertex of the shape has edges.
+        *diagonal.expect("a Laplacian has a diagonal") += hold;
+    }
+    let factor = SparseCholesky::analysed(shape.analysis.clone(), &matrix)?;
     let solve = |right: &dyn Fn(usize, usize) -> f64| {
         let mut block = Mat::from_fn(n, 2, right);
         factor.solve(block.as_mut());

@@ -18,8 +18,9 @@ pub struct Visible<'a> {
 }
 
 impl<'a> Visible<'a> {
-    /// The view of the mesh through a parallel projection.
-    pub fn new(positions: &[[f64; 3]], triangles: &'a [[u32; 3]], frame: &Frame) -> Visible<'a> {
+    /// The view of the mesh through a parallel projection, of triangles that are clockwise in it nothing where the mesh is
+    /// `closed`: they are behind others.
+    pub fn new(positions: &[[f64; 3]], triangles: &'a [[u32; 3]], closed: bool, frame: &Frame) -> Visible<'a> {
         let points: Vec<[f64; 3]> = positions
             .iter()
             .map(|&p| {
@@ -34,12 +35,12 @@ impl<'a> Visible<'a> {
         let extent = (high[0] - low[0]).max(high[1] - low[1]).max(f64::MIN_POSITIVE);
         let scale = (SIDE as f64 - 2.0 * MARGIN) / extent;
         let mut view = Visible { points, triangles, low, scale, front: Vec::new() };
-        view.front = view.drawn();
+        view.front = view.drawn(closed);
         view
     }
 
     /// The triangle in front of every pixel's centre.
-    fn drawn(&self) -> Vec<u32> {
+    fn drawn(&self, closed: bool) -> Vec<u32> {
         let mut front = vec![NOTHING; SIDE * SIDE];
         let mut depths = vec![f32::NEG_INFINITY; SIDE * SIDE];
         let corners: Vec<[f64; 3]> = self
@@ -52,6 +53,9 @@ impl<'a> Visible<'a> {
             .collect();
         for (t, triangle) in self.triangles.iter().enumerate() {
             let corners = triangle.map(|v| corners[v as usize]);
+            if closed && doubled_area(corners) < 0.0 {
+                continue;
+            }
             let [columns, rows] = [0, 1].map(|axis| pixels(corners.map(|c| c[axis])));
             // Of a fine mesh many triangles lie between the pixels' centres.
             if columns.is_empty() || rows.is_empty() {
@@ -123,6 +127,11 @@ fn pixels([a, b, c]: [f64; 3]) -> std::ops::Range<usize> {
     first as usize..(high as i32 as usize + 1).min(SIDE)
 }
 
+/// Twice the area of a triangle in the picture, negative where it is clockwise.
+fn doubled_area([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
+}
+
 /// A triangle of the picture: the weights of two corners and the depth as linear functions of the place.
 struct Plane {
     first: [f64; 3],
@@ -136,7 +145,7 @@ const SEAM: f64 = 1e-9;
 impl Plane {
     /// None where the triangle is seen edge-on.
     fn through([a, b, c]: [[f64; 3]; 3]) -> Option<Plane> {
-        let doubled = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let doubled = doubled_area([a, b, c]);
         if doubled == 0.0 {
             return None;
         }
@@ -167,9 +176,9 @@ mod tests {
     #[test]
     fn of_a_sphere_the_side_towards_the_camera_is_seen() {
         let mesh = sphere(24, 48);
-        for direction in [[0.0, 0.0, 1.0], [1.0, -2.0, 0.5]] {
+        for (direction, closed) in [([0.0, 0.0, 1.0], false), ([1.0, -2.0, 0.5], false), ([1.0, -2.0, 0.5], true)] {
             let frame = Frame::looking_from(direction);
-            let visible = Visible::new(mesh.positions(), mesh.triangles(), &frame);
+            let visible = Visible::new(mesh.positions(), mesh.triangles(), closed, &frame);
             for &position in mesh.positions() {
                 let seen = mesh.positions()[visible.vertex(frame.project(position)) as usize];
                 let ([x, y], [u, v]) = (frame.project(position), frame.project(seen));
@@ -185,12 +194,12 @@ mod tests {
     fn a_point_outside_sees_the_nearest_of_the_outline() {
         let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let triangles = [[0, 1, 2]];
-        let visible = Visible::new(&positions, &triangles, &Frame::looking_from([0.0, 0.0, 1.0]));
+        let visible = Visible::new(&positions, &triangles, false, &Frame::looking_from([0.0, 0.0, 1.0]));
         let frame = Frame::looking_from([0.0, 0.0, 1.0]);
         for (v, position) in positions.iter().enumerate() {
             let away = position.map(|x| 1.5 * x - 0.2);
             assert_eq!(visible.vertex(frame.project(away)), v as u32);
         }
-        assert_eq!(Visible::new(&positions, &[], &frame).vertex([5.0, 5.0]), 0);
+        assert_eq!(Visible::new(&positions, &[], false, &frame).vertex([5.0, 5.0]), 0);
     }
 }

@@ -64,6 +64,28 @@ impl Marching {
     /// # Panics
     /// As [`Marching::distances`].
     pub fn distances_within(&self, sources: &[u32], reach: f64) -> Vec<f64> {
+        self.marched(sources, reach, |_, _| ())
+    }
+
+    /// For every vertex the place in `sources` of the nearest one, where that is less than `reach` away; of sources that
+    /// are one vertex the first. O(n log n), all cells in one march.
+    ///
+    /// A front that meets another across a triangle is taken for one, so that borders are true to a triangle.
+    ///
+    /// # Panics
+    /// As [`Marching::distances`].
+    pub fn cells_within(&self, sources: &[u32], reach: f64) -> Vec<Option<usize>> {
+        let mut cells = vec![None; self.begins.len() - 1];
+        for (place, &vertex) in sources.iter().enumerate().rev() {
+            cells[vertex as usize] = Some(place);
+        }
+        let distances = self.marched(sources, reach, |tip, from| cells[tip as usize] = cells[from as usize]);
+        cells.iter().zip(distances).map(|(&cell, distance)| cell.filter(|_| distance < reach)).collect()
+    }
+
+    /// The distances up to `reach`; whenever one falls, `hand_on` is told the vertex and that through which the shorter
+    /// way along edges leads.
+    fn marched(&self, sources: &[u32], reach: f64, mut hand_on: impl FnMut(u32, u32)) -> Vec<f64> {
         let mut distances = vec![f64::INFINITY; self.begins.len() - 1];
         let mut front = BinaryHeap::new();
         for &vertex in sources {
@@ -80,10 +102,13 @@ impl Marching {
             patience -= 1;
             for &corner in self.carried(vertex) {
                 let corner = &self.corners[corner as usize];
-                let distance = corner.distance(corner.base.map(|v| distances[v as usize]));
+                let ends = corner.base.map(|v| distances[v as usize]);
+                let distance = corner.distance(ends);
                 let known = &mut distances[corner.tip as usize];
                 if distance < *known * (1.0 - CORRECTION) {
                     *known = distance;
+                    let nearer = usize::from(ends[1] + corner.sides[1] < ends[0] + corner.sides[0]);
+                    hand_on(corner.tip, corner.base[nearer]);
                     front.push(Arrival { distance, vertex: corner.tip });
                 }
             }

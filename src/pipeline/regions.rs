@@ -95,21 +95,11 @@ impl Correspondence {
 /// The regions of the sketch on the mesh: every vertex in the region of the aligned point nearest to it along the surface,
 /// in none where there is none within reach.
 fn carried(sketch: &Regions, mesh: &TriangleMesh, aligned: &Aligned, watch: &dyn Watch) -> Result<Regions, MatchError> {
-    let marching = Marching::new(mesh);
-    let vertices = mesh.positions().len();
-    let reach = REACH * mesh.area().sqrt();
-    let (mut labels, mut nearest) = (vec![Regions::NONE; vertices], vec![reach; vertices]);
-    for region in 0..sketch.count() {
-        watch.proceed(region as f64 / sketch.count() as f64)?;
-        let inside = |x: &usize| sketch.region(*x) == Some(region);
-        let images: Vec<u32> = (0..sketch.labels().len()).filter(inside).map(|x| aligned.alignment.map[x]).collect();
-        for (v, distance) in marching.distances_within(&images, reach).into_iter().enumerate() {
-            if distance < nearest[v] {
-                nearest[v] = distance;
-                labels[v] = region as i32;
-            }
-        }
-    }
+    watch.proceed(0.0)?;
+    let images = &aligned.alignment.map;
+    let cells = Marching::new(mesh).cells_within(images, REACH * mesh.area().sqrt());
+    let label = |cell: Option<usize>| cell.map_or(Regions::NONE, |x| sketch.labels()[x]);
+    let labels = cells.into_iter().map(label).collect();
     Ok(Regions::new(labels).expect("the labels are those of the sketch's regions"))
 }
 

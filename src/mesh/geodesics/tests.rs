@@ -148,3 +148,29 @@ fn a_short_reach_changes_nothing_within_it() {
         assert!(if *far <= 0.3 { near == *far } else { near > 0.3 });
     }
 }
+
+#[test]
+fn cells_are_of_the_nearest_source() {
+    for mesh in [square(24, 0.3), sphere(24, 48)] {
+        let sources = [5, 210, 399, 5, 47];
+        let cells = Marching::new(&mesh).cells_within(&sources, 0.4);
+        let fields = sources.map(|source| distances(&mesh, &[source]));
+        let length =
+            |a: u32, b: u32| super::length(subtract(mesh.positions()[a as usize], mesh.positions()[b as usize]));
+        let edges = mesh.triangles().iter().flat_map(|&[a, b, c]| [length(a, b), length(b, c), length(c, a)]);
+        let edge = edges.fold(0.0, f64::max);
+        let mut of = [0; 5];
+        for (v, cell) in cells.into_iter().enumerate() {
+            let least = fields.iter().map(|field| field[v]).fold(f64::INFINITY, f64::min);
+            match cell {
+                Some(cell) => {
+                    of[cell] += 1;
+                    assert!(fields[cell][v] < least + edge, "{v}: {} of {least}", fields[cell][v]);
+                }
+                None => assert!(least > 0.4 - edge, "{v}: {least}"),
+            }
+        }
+        // Of a vertex named twice the first place counts.
+        assert!(of[3] == 0 && [0, 1, 2, 4].iter().all(|&cell| of[cell] > 5), "{of:?}");
+    }
+}
