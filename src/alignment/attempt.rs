@@ -108,7 +108,7 @@ impl Attempt {
         angles: Vec<f64>,
     ) -> Result<Vec<Attempt>, AlignmentError> {
         let positions = posed(mesh, &self.view.frame, &angles);
-        let front = View::through(self.view.frame, &positions, &mesh.triangles);
+        let front = View::through(self.view.frame, &positions, &mesh.triangles, mesh.closed);
         let layings = self.layings(shape, mesh, landmarks, &front, &positions)?;
         let behind = front.from_behind();
         let mut attempts = Vec::new();

@@ -73,7 +73,7 @@ pub fn fitted(
     let count = mesh.limbs.len();
     let seen = |angles: Vec<f64>, limbs: Vec<usize>| {
         watch.proceed(0.0)?;
-        let view = View::through(view.frame, &posed(mesh, &view.frame, &angles), &mesh.triangles);
+        let view = View::through(view.frame, &posed(mesh, &view.frame, &angles), &mesh.triangles, mesh.closed);
         let cost = cost(&differences(&shape.contour, &view.contour), EVERY);
         let total = cost + EFFORT * angles.iter().map(|a| a.abs()).sum::<f64>();
         Ok::<_, Cancelled>(Tried { total, limbs, pose: Pose { angles, view, cost } })

@@ -57,9 +57,10 @@ impl PreparedMesh {
         let distances = SampledDistances::new(&unit, SAMPLES, watch)?;
         let symmetry = plane(positions, &masses);
         let limbs = limbs(&unit, &distances, watch)?;
+        let closed = is_seen_from_outside(&unit);
         let view = |&direction: &[f64; 3]| {
             watch.proceed(0.5)?;
-            Ok(View::lying_flat(direction, positions, triangles))
+            Ok(View::lying_flat(direction, positions, triangles, closed))
         };
         let canonical = canonical_directions(positions, &masses, symmetry.normal);
         let canonical = canonical.iter().map(view).collect::<Result<_, Cancelled>>()?;
@@ -68,7 +69,7 @@ impl PreparedMesh {
             axes,
             positions: positions.to_vec(),
             triangles: triangles.to_vec(),
-            closed: is_seen_from_outside(&unit),
+            closed,
             symmetry,
             distances,
             limbs,
