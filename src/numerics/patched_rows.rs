@@ -2,7 +2,7 @@
 
 use faer::MatRef;
 
-use super::lanes::{self, Kernel, Lanes};
+use super::lanes::{self, Kernel, Lanes, vectorised};
 
 /// Rows in a patch.
 pub const PATCH: usize = 64;
@@ -14,12 +14,16 @@ const LEADING: usize = 8;
 /// One column of a patch.
 pub type Column = [f64; PATCH];
 
+/// The same in single precision.
+pub type Rounded = [f32; PATCH];
+
 /// The rows of a matrix (n × d) in an order where every [`PATCH`] consecutive ones are a patch.
 ///
 /// The order only decides how fast a search is, never its answer.
 pub struct PatchedRows {
     /// d columns per patch, patch after patch; the last patch is filled up with zeros.
     values: Vec<Column>,
+    rounded: Vec<Rounded>,
     columns: usize,
     /// The number in the matrix of every row, in the order of the patches.
     order: Vec<u32>,
@@ -43,7 +47,8 @@ impl PatchedRows {
                 }
             }
         }
-        PatchedRows { values, columns, order }
+        let rounded = values.iter().map(rounded).collect();
+        PatchedRows { values, rounded, columns, order }
     }
 
     /// Number of patches.
@@ -61,10 +66,16 @@ impl PatchedRows {
         &self.values[patch * self.columns..(patch + 1) * self.columns]
     }
 
+    /// The columns of a patch in single precision.
+    pub fn rounded(&self, patch: usize) -> &[Rounded] {
+        &self.rounded[patch * self.columns..(patch + 1) * self.columns]
+    }
+
     /// The sums of squares of the first `columns` columns, patch by patch.
-    pub fn squared_lengths(&self, columns: usize) -> Vec<Column> {
+    pub fn squared_lengths(&self, columns: usize) -> Vec<Rounded> {
         let origin = vec![0.0; columns];
-        (0..self.patches()).map(|patch| squared_distances(&self.patch(patch)[..columns], &origin)).collect()
+        let of = |patch: usize| squared_distances(&self.patch(patch)[..columns], &origin);
+        (0..self.patches()).map(|patch| rounded(&of(patch))).collect()
     }
 
     /// The numbers in the matrix of the rows of a patch, at most [`PATCH`].
@@ -119,31 +130,32 @@ pub fn squared_distances(columns: &[Column], point: &[f64]) -> Column {
     sums
 }
 
-/// Whether ‖ψ‖² − 2 p·ψ, reckoned by products, is not above `most` for some row ψ of a patch: half the work of
-/// [`squared_distances`], with which it shares no rounding. `lengths` are the ‖ψ‖².
-pub fn reach(columns: &[Column], point: &[f64], lengths: &Column, most: f64) -> bool {
-    let mut any = false;
-    lanes::run(Reach { columns, point, lengths, most, any: &mut any });
-    any
+fn rounded(column: &Column) -> Rounded {
+    column.map(|value| value as f32)
 }
 
-struct Reach<'a> {
-    columns: &'a [Column],
-    point: &'a [f64],
-    lengths: &'a Column,
-    most: f64,
-    any: &'a mut bool,
-}
-
-impl Kernel for Reach<'_> {
-    #[inline(always)]
-    fn compute<L: Lanes>(self, _: L) {
-        let mut products = [0.0; PATCH];
-        summed(self.columns, self.point, &mut products, |value, weight| value * weight);
-        // What is not a number, by overflow, may be anything.
-        let beyond = |l: usize| self.lengths[l] - 2.0 * products[l] > self.most;
-        *self.any = (0..PATCH).fold(false, |any, l| any | !beyond(l));
-    }
+/// Whether ‖ψ‖² − 2 p·ψ, reckoned in single precision, is not above `most` for some row ψ of a patch: a quarter of the
+/// work of [`squared_distances`]. `lengths` are the ‖ψ‖². Rounded by less than 2 (d + 6) units roundoff times the square
+/// of ‖p‖ + ‖ψ‖.
+pub fn reach(columns: &[Rounded], point: &[f32], lengths: &Rounded, most: f32) -> bool {
+    vectorised(
+        #[inline(always)]
+        || {
+            let mut products = [0.0; PATCH];
+            for (column, &number) in columns.iter().zip(point) {
+                for l in 0..PATCH {
+                    products[l] += column[l] * number;
+                }
+            }
+            let mut any = false;
+            for l in 0..PATCH {
+                // What is not a number, by overflow, may be anything.
+                let beyond = lengths[l] - 2.0 * products[l] > most;
+                any |= !beyond;
+            }
+            any
+        },
+    )
 }
 
 struct Products<'a> {

@@ -8,7 +8,7 @@
 use faer::{Mat, MatRef};
 
 use super::oriented_boxes::OrientedBoxes;
-use super::patched_rows::{self, Column, PatchedRows};
+use super::patched_rows::{self, PatchedRows, Rounded};
 use super::{Cancelled, Watch};
 
 /// Points whose products with the boxes are taken together.
@@ -50,15 +50,17 @@ pub fn least(
     for (done, near) in near.enumerate() {
         watch.proceed(((done * POINTS) as f64 / m as f64).min(1.0))?;
         let points = Mat::from_fn(points.nrows(), near.len(), |i, j| points[(i, near[j] as usize)]);
-        let products = boxes.products(points.as_ref());
+        let rounded = Mat::from_fn(points.nrows(), near.len(), |i, j| points[(i, j)] as f32);
+        let products = boxes.products(rounded.as_ref());
         for (j, &x) in near.iter().enumerate() {
-            let (point, products) = (points.col_as_slice(j), products.col_as_slice(j));
-            let squared = point.iter().map(|p| p * p).sum();
+            let (point, rounded, products) =
+                (points.col_as_slice(j), rounded.col_as_slice(j), products.col_as_slice(j));
+            let squared = point.iter().map(|p| p * p).sum::<f64>() as f32;
             match measure {
                 Measure::SquaredDistance => boxes.least_squared_distances(products, squared, &mut bounds),
                 Measure::NegatedProduct => boxes.least_negated_products(products, squared, &mut bounds),
             }
-            let search = Search { rows, boxes: &boxes, lengths: &lengths, measure, point, squared };
+            let search = Search { rows, boxes: &boxes, lengths: &lengths, measure, point, rounded, squared };
             found[x as usize] = search.least(&bounds, &mut others);
         }
     }
@@ -70,11 +72,13 @@ struct Search<'a> {
     rows: &'a PatchedRows,
     boxes: &'a OrientedBoxes,
     /// ‖ψ‖² of the rows, patch by patch, where distances are measured.
-    lengths: &'a [Column],
+    lengths: &'a [Rounded],
     measure: Measure,
     point: &'a [f64],
+    /// The point in single precision.
+    rounded: &'a [f32],
     /// ‖p‖².
-    squared: f64,
+    squared: f32,
 }
 
 /// The best row so far, and its measure.
@@ -85,13 +89,13 @@ struct Best {
 
 impl Search<'_> {
     /// The row of the least measure, given a bound for every patch; `others` is room to order patches in.
-    fn least(&self, bounds: &[f64], others: &mut Vec<(f64, usize)>) -> u32 {
+    fn least(&self, bounds: &[f32], others: &mut Vec<(f64, usize)>) -> u32 {
         let mut best = Best { measure: f64::INFINITY, row: 0 };
         let Some(first) = (0..bounds.len()).min_by(|&a, &b| bounds[a].total_cmp(&bounds[b])) else { return 0 };
         self.look_at(first, &mut best);
         others.clear();
-        let bounds = bounds.iter().zip(0..);
-        others.extend(bounds.filter(|&(&bound, b)| bound <= best.measure && b != first).map(|(&bound, b)| (bound, b)));
+        let bounds = bounds.iter().map(|&bound| f64::from(bound)).zip(0..);
+        others.extend(bounds.filter(|&(bound, b)| bound <= best.measure && b != first));
         others.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for &(bound, patch) in &*others {
             if bound > best.measure {
@@ -107,8 +111,9 @@ impl Search<'_> {
         // Few patches hold a better row, so that all of one is asked at once.
         let measures = match self.measure {
             Measure::SquaredDistance => {
-                let most = best.measure - self.squared + self.boxes.margin(patch, self.squared);
-                if !patched_rows::reach(columns, self.point, &self.lengths[patch], most) {
+                let rounded = &self.rows.rounded(patch)[..self.rounded.len()];
+                let most = best.measure as f32 - self.squared + self.boxes.margin(patch, self.squared);
+                if !patched_rows::reach(rounded, self.rounded, &self.lengths[patch], most) {
                     return;
                 }
                 patched_rows::squared_distances(columns, self.point)
@@ -184,6 +189,21 @@ mod tests {
         let near = random::normal(20, 3000, 3);
         let points = Mat::from_fn(20, 100, |j, x| matrix[(17 * x, j)] + (x % 3) as f64 * 0.05 * near[(j, x)]);
         assert_exact(&matrix, &points, "near");
+    }
+
+    #[test]
+    fn what_single_precision_does_not_hold_is_found() {
+        let (rows, points) = (surface(500, 6), random::normal(6, 20, 3));
+        for (of_rows, of_points) in
+            [(1e-30, 1e-30), (1e-30, 1.0), (1e25, 1e25), (1e25, 1.0), (1e120, 1e120), (1.0, 1e60)]
+        {
+            let scaled =
+                |matrix: &Mat<f64>, by: f64| Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| by * matrix[(i, j)]);
+            assert_exact(&scaled(&rows, of_rows), &scaled(&points, of_points), &format!("{of_rows} {of_points}"));
+        }
+        // Far from the origin, where differences drown in squares of the lengths.
+        let far = |matrix: &Mat<f64>| Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| 1e4 + matrix[(i, j)]);
+        assert_exact(&far(&rows), &far(&points), "far");
     }
 
     #[test]
