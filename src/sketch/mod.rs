@@ -13,6 +13,7 @@ mod ring;
 mod simplification;
 mod svg;
 mod triangulation;
+mod untangling;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -8,6 +8,7 @@ use super::Config;
 use super::arrangement::{Arrangement, Conflict, Contact, Place};
 use super::refusal::{Fault, MAX_FAULTS, Refusal, Warning, WarningCode};
 use super::ring::{Mended, Ring, cross, difference};
+use super::untangling::untangled;
 
 /// Coordinates beyond this leave no room for exact arithmetic.
 const MAX_COORDINATE: f64 = 1e12;
@@ -107,10 +108,10 @@ impl Frame {
 
 impl Figure {
     /// The figure that a drawing bounds, and what was mended: a repeated closing point, repeated points, points in the
-    /// middle of straight lines, spikes of no width, a clockwise outline.
+    /// middle of straight lines, spikes of no width, small loops where a line crosses itself, a clockwise outline.
     ///
-    /// Rings may not share a single point, not even with themselves: where a figure touches itself its surface is not
-    /// a manifold there, and which parts belong together is for the drawer to say.
+    /// Apart from such loops rings may not share a single point, not even with themselves: where a figure touches itself
+    /// its surface is not a manifold there, and which parts belong together is for the drawer to say.
     ///
     /// # Errors
     /// Too many points; coordinates that are not finite or huge; rings that bound no area, cross or touch; holes that
@@ -122,26 +123,46 @@ impl Figure {
         refuse(coordinate_faults(&rings))?;
         let frame = Frame::around(&drawing.outline);
         refuse(frame_faults(frame))?;
-        let (clean, mended): (Vec<Ring>, Vec<Mended>) = rings
+        let (mut clean, mended): (Vec<Ring>, Vec<Mended>) = rings
             .iter()
             .map(|ring| Ring::mended(&ring.iter().map(|&point| frame.unit_point(point)).collect::<Vec<_>>()))
             .unzip();
         refuse(empty_faults(&clean))?;
         refuse(reach_faults(&clean))?;
         let points: Vec<Vec<[f64; 2]>> = clean.iter().map(|ring| ring.points.clone()).collect();
+        let mut crossed = Vec::new();
         let depths = match Arrangement::new(&points, MAX_FAULTS) {
             Ok(arrangement) => arrangement.depths(),
-            Err(conflict) => return Err(Uploaded { rings, clean }.refusal(conflict)),
+            Err(conflict) => match without_small_loops(&clean, &conflict) {
+                Some((rings, of_rings, depths)) => {
+                    (clean, crossed) = (rings, of_rings);
+                    depths
+                }
+                None => return Err(Uploaded { rings, clean }.refusal(conflict)),
+            },
         };
         refuse(nesting_faults(&depths))?;
         refuse(area_faults(&clean))?;
         let mut warnings: Vec<Warning> = (0..).zip(mended).flat_map(|(ring, mended)| mended.warnings(ring)).collect();
+        warnings.extend(crossed.into_iter().map(|ring| {
+            let detail = format!("{}: small loops where the line crosses itself were left out", ring_pointer(ring));
+            Warning::new(WarningCode::SelfCrossing, detail)
+        }));
         if clean[0].signed_area() < 0.0 {
             warnings.push(Warning::new(WarningCode::Orientation, "the outline ran clockwise and was turned round"));
         }
         let rings = (0..).zip(clean).map(|(i, ring)| oriented(ring, i == 0)).collect();
         Ok((Self { rings, frame }, warnings))
     }
+}
+
+/// The rings without small loops, which of them had such, and how deep each lies in others; none where that does not
+/// settle the conflict.
+fn without_small_loops(clean: &[Ring], conflict: &Conflict) -> Option<(Vec<Ring>, Vec<usize>, Vec<usize>)> {
+    let (rings, crossed) = untangled(clean, conflict, MAX_FAULTS)?;
+    let points: Vec<Vec<[f64; 2]>> = rings.iter().map(|ring| ring.points.clone()).collect();
+    let depths = Arrangement::new(&points, MAX_FAULTS).ok()?.depths();
+    Some((rings, crossed, depths))
 }
 
 /// The ring's points counter-clockwise or clockwise.

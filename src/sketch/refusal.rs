@@ -53,6 +53,8 @@ pub enum WarningCode {
     CollinearPoints,
     /// Parts of no width, out and back, were left out.
     Spikes,
+    /// Small loops where a ring crosses itself were left out.
+    SelfCrossing,
     /// A ring went round the other way.
     Orientation,
     /// Detail too fine for the wanted number of vertices was left out.
