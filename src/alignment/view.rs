@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::contour::Contour;
-use super::frame::Frame;
+use super::frame::{Frame, doubled_area};
 use super::silhouette::silhouette;
 
 /// The frame of a parallel projection and the outline seen through it.
@@ -42,11 +42,8 @@ impl View {
 
 /// The triangles that the silhouette is made of.
 fn facing<'a>(flat: &[[f64; 2]], triangles: &'a [[u32; 3]], closed: bool) -> Cow<'a, [[u32; 3]]> {
-    let doubled_area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| flat[v as usize]);
-        (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
-    };
-    if closed { triangles.iter().filter(|t| doubled_area(t) >= 0.0).copied().collect() } else { triangles.into() }
+    let front = |t: &&[u32; 3]| doubled_area(t.map(|v| flat[v as usize])) >= 0.0;
+    if closed { triangles.iter().filter(front).copied().collect() } else { triangles.into() }
 }
 
 #[cfg(test)]

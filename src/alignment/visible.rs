@@ -1,6 +1,6 @@
 //! The surface a camera sees: from points of a picture to points of the mesh.
 
-use super::frame::Frame;
+use super::frame::{Frame, doubled_area};
 
 /// Pixels along the longer side of the picture.
 const SIDE: usize = 640;
@@ -53,7 +53,8 @@ impl<'a> Visible<'a> {
             .collect();
         for (t, triangle) in self.triangles.iter().enumerate() {
             let corners = triangle.map(|v| corners[v as usize]);
-            if closed && doubled_area(corners) < 0.0 {
+            let doubled = doubled_area(corners.map(|[x, y, _]| [x, y]));
+            if closed && doubled < 0.0 {
                 continue;
             }
             let [columns, rows] = [0, 1].map(|axis| pixels(corners.map(|c| c[axis])));
@@ -61,7 +62,7 @@ impl<'a> Visible<'a> {
             if columns.is_empty() || rows.is_empty() {
                 continue;
             }
-            let Some(plane) = Plane::through(corners) else { continue };
+            let Some(plane) = Plane::through(corners, doubled) else { continue };
             for y in rows {
                 for x in columns.clone() {
                     let at = y * SIDE + x;
@@ -127,11 +128,6 @@ fn pixels([a, b, c]: [f64; 3]) -> std::ops::Range<usize> {
     first as usize..(high as i32 as usize + 1).min(SIDE)
 }
 
-/// Twice the area of a triangle in the picture, negative where it is clockwise.
-fn doubled_area([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
-}
-
 /// A triangle of the picture: the weights of two corners and the depth as linear functions of the place.
 struct Plane {
     first: [f64; 3],
@@ -143,9 +139,8 @@ struct Plane {
 const SEAM: f64 = 1e-9;
 
 impl Plane {
-    /// None where the triangle is seen edge-on.
-    fn through([a, b, c]: [[f64; 3]; 3]) -> Option<Plane> {
-        let doubled = doubled_area([a, b, c]);
+    /// None where the triangle, of this doubled area in the picture, is seen edge-on.
+    fn through([a, b, c]: [[f64; 3]; 3], doubled: f64) -> Option<Plane> {
         if doubled == 0.0 {
             return None;
         }
