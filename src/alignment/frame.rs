@@ -55,11 +55,6 @@ pub fn unit(vector: [f64; 3]) -> [f64; 3] {
     vector.map(|x| x / length)
 }
 
-/// Twice the area of a triangle in a picture, negative where it is clockwise: it then faces away from the camera.
-pub(super) fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,8 +5,9 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::contour::Contour;
-use super::frame::{Frame, doubled_area};
+use super::frame::Frame;
 use super::silhouette::silhouette;
+use crate::mesh::doubled_area;
 
 /// The frame of a parallel projection and the outline seen through it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

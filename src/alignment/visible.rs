@@ -1,6 +1,7 @@
 //! The surface a camera sees: from points of a picture to points of the mesh.
 
-use super::frame::{Frame, doubled_area};
+use super::frame::Frame;
+use crate::mesh::doubled_area;
 
 /// Pixels along the longer side of the picture.
 const SIDE: usize = 640;

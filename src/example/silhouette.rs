@@ -4,8 +4,8 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::float::simplify::SimplifyShape;
 use serde::Serialize;
 
-use super::view::{Frame, View, doubled_area};
-use crate::mesh::TriangleMesh;
+use super::view::{Frame, View};
+use crate::mesh::{TriangleMesh, doubled_area};
 
 /// How far the outline may be from the projected triangles, in drawing units.
 const TOLERANCE: f64 = 0.2;

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use super::view::{FRAME, Frame};
 use super::*;
-use crate::mesh::{cross, dot, subtract, triangle_area};
+use crate::mesh::{cross, dot, doubled_area, subtract, triangle_area};
 
 fn made(creature: Creature, vertices: usize) -> (TriangleMesh, Silhouette) {
     let mesh = creature.mesh(vertices).unwrap();
@@ -89,7 +89,7 @@ fn the_silhouette_is_that_of_the_mesh() {
             };
             for (row, column) in range(1).flat_map(|row| range(0).map(move |column| (row, column))) {
                 let p = [2.0 * column as f64 + 1.0, 2.0 * row as f64 + 1.0];
-                let sides = [[t[0], t[1], p], [t[1], t[2], p], [t[2], t[0], p]].map(view::doubled_area);
+                let sides = [[t[0], t[1], p], [t[1], t[2], p], [t[2], t[0], p]].map(doubled_area);
                 covered[row * 300 + column] |= sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
             }
         }

@@ -2,9 +2,9 @@
 
 use super::body::Body;
 use super::silhouette::Silhouette;
-use super::view::{FRAME, Frame, View, doubled_area};
+use super::view::{FRAME, Frame, View};
 use crate::evaluation::{Truth, Variants};
-use crate::mesh::{TriangleMesh, dot, subtract};
+use crate::mesh::{TriangleMesh, dot, doubled_area, subtract};
 
 /// Distance between the points along both axes, in drawing units.
 const SPACING: f64 = 10.0;

@@ -57,8 +57,3 @@ impl Frame {
         std::array::from_fn(|i| x * self.right[i] + y * UP[i] + nearness * self.towards[i])
     }
 }
-
-/// Twice the signed area of a triangle in the plane, positive where it is counter-clockwise.
-pub(super) fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}

@@ -108,6 +108,11 @@ impl TriangleMesh {
     }
 }
 
+/// Twice the signed area of a triangle in the plane, positive where it is counter-clockwise.
+pub fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
 /// Half the length of the cross product of two edges.
 pub fn triangle_area([a, b, c]: [[f64; 3]; 3]) -> f64 {
     let (u, v) = (subtract(b, a), subtract(c, a));
