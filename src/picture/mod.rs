@@ -4,6 +4,7 @@
 //! is light grey, and what is matched without confidence grey. The same input gives the same bytes.
 
 mod colour;
+mod drawing;
 mod figure;
 #[cfg(test)]
 mod fixtures;

@@ -1,6 +1,7 @@
 //! The picture of a match: three figures side by side.
 
 use super::colour::Colour;
+use super::drawing;
 use super::figure::{Figure, Placement, Window};
 use super::normals::vertex_normals;
 use super::{Matched, TALLEST, WIDTH, palette, surface, view};
@@ -72,9 +73,9 @@ pub fn scene(pair: &Matched<'_>) -> Scene {
     let (height, [drawn, seen, beside]) = placed(boxes, [enlarged, 1.0, 1.0]);
     let normals = vertex_normals(mesh);
     let figures = [
-        Figure::flat(sketch, sketch_colours, &drawn),
-        Figure::seen(mesh, &normals, &mesh_colours, &matched, &seen),
-        Figure::seen(mesh, &normals, &mesh_colours, &turned, &beside),
+        drawing::flat(sketch, sketch_colours, &drawn),
+        drawing::seen(mesh, &normals, &mesh_colours, &matched, &seen),
+        drawing::seen(mesh, &normals, &mesh_colours, &turned, &beside),
     ];
     Scene { height, figures }
 }
