@@ -1,4 +1,4 @@
-.PHONY: run test bench bench-peer
+.PHONY: run test context bench bench-peer
 
 # Serves on http://127.0.0.1:8080; the data is kept under ./data.
 run:
@@ -10,6 +10,14 @@ test:
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo check --locked --lib --no-default-features
 	cargo test --locked
+	$(MAKE) context
+
+# The image is built from what .dockerignore admits: so much has to compile.
+context:
+	rm -rf target/context
+	mkdir -p target/context
+	cp -R $$(sed -n 's/^!//p' .dockerignore) target/context
+	cargo check --locked --bin sketchmatch --manifest-path target/context/Cargo.toml --target-dir target
 
 # What every stage costs, as one table; see docs/performance.md. BENCH_ARGS: --sixty, --vast.
 bench:

@@ -1,0 +1,87 @@
+//! `sketchmatch serve`: the service, with its workers in the process.
+
+use std::error::Error;
+
+use anyhow::Context;
+use tokio::net::TcpListener;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+
+use crate::config::ServeOptions;
+use crate::telemetry::{self, Log};
+use sketchmatch::http::{self, App};
+use sketchmatch::store::Store;
+use sketchmatch::worker;
+
+/// Serves until SIGTERM or SIGINT, then lets requests and jobs come to an end.
+///
+/// # Errors
+/// What kept the server from starting, or broke it off.
+#[tokio::main]
+pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
+    options.check_exposure()?;
+    telemetry::log_panics();
+    let shutdown = CancellationToken::new();
+    stop_on_signal(shutdown.clone())?;
+    tracing::info!(
+        version = env!("CARGO_PKG_VERSION"),
+        data_dir = %options.data_dir.display(),
+        http = ?options.http(),
+        worker = ?options.worker(),
+        "starting"
+    );
+    let measures = telemetry::measures()?;
+    tokio::spawn(telemetry::report_losses(log.losses()));
+    let store = Store::open(&options.store()).await?;
+    let listener = TcpListener::bind(options.listen.addresses())
+        .await
+        .with_context(|| format!("listening on {}", options.listen))?;
+    tracing::info!(address = %listener.local_addr()?, "listening");
+    let working = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
+    let serving = http::serve(listener, App::new(store, options.http(), measures, shutdown));
+    tokio::try_join!(async { serving.await.context("serving") }, ended(working))?;
+    tracing::info!("stopped");
+    Ok(())
+}
+
+/// How the workers ended, a panic among the errors.
+async fn ended<E: Error + Send + Sync + 'static>(working: JoinHandle<Result<(), E>>) -> anyhow::Result<()> {
+    working.await.context("the workers broke off")?.context("starting the workers")
+}
+
+/// Cancels `shutdown` at the first SIGTERM or SIGINT. A terminal that goes away (SIGHUP) stops nothing.
+fn stop_on_signal(shutdown: CancellationToken) -> anyhow::Result<()> {
+    let (mut terminate, mut interrupt) = (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
+    let mut hang_up = signal(SignalKind::hangup())?;
+    tokio::spawn(async move {
+        loop {
+            tokio::select! {
+                _ = terminate.recv() => break tracing::info!("SIGTERM: stopping"),
+                _ = interrupt.recv() => break tracing::info!("SIGINT: stopping"),
+                _ = hang_up.recv() => tracing::info!("SIGHUP: there is nothing to read anew, going on"),
+            }
+        }
+        shutdown.cancel();
+    });
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::pending;
+    use std::io;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn workers_that_break_off_end_the_server() {
+        let panicking: JoinHandle<io::Result<()>> = tokio::spawn(async { panic!("as told") });
+        let failing = tokio::spawn(async { Err(io::Error::other("no threads")) });
+        for (working, reason) in [(panicking, "broke off"), (failing, "starting")] {
+            let serving = pending::<anyhow::Result<()>>();
+            let error = tokio::try_join!(serving, ended(working)).unwrap_err();
+            assert!(error.to_string().contains(reason), "{error:#}");
+        }
+    }
+}
