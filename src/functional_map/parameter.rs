@@ -1,8 +1,9 @@
 //! What a setting may be: one table for checks, descriptions and schemas.
 
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use utoipa::ToSchema;
+use utoipa::openapi::schema::{ObjectBuilder, Type};
 
 /// A setting, its default and its range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
@@ -29,6 +30,42 @@ pub enum Domain {
     },
 }
 
+/// What a parameter is and may be, declared in one place beside the type of its values; its field gives it a name.
+#[derive(Clone, Copy, Debug)]
+pub struct Declared<T> {
+    pub default: T,
+    description: &'static str,
+    domain: Domain,
+}
+
+impl<T> Declared<T> {
+    pub const fn named(&self, name: &'static str) -> Parameter {
+        Parameter { name, description: self.description, domain: self.domain }
+    }
+}
+
+/// A number from `minimum` to `maximum`.
+pub const fn number(description: &'static str, default: f64, minimum: f64, maximum: f64) -> Declared<f64> {
+    let domain = Domain::Number { default, minimum, exclusive_minimum: false, maximum };
+    Declared { default, description, domain }
+}
+
+/// A number above `minimum` and up to `maximum`.
+pub const fn number_above(description: &'static str, default: f64, minimum: f64, maximum: f64) -> Declared<f64> {
+    let domain = Domain::Number { default, minimum, exclusive_minimum: true, maximum };
+    Declared { default, description, domain }
+}
+
+/// A whole number from `minimum` to `maximum`.
+pub const fn integer(description: &'static str, default: usize, minimum: usize, maximum: usize) -> Declared<usize> {
+    Declared { default, description, domain: Domain::Integer { default, minimum, maximum } }
+}
+
+/// One of some words, of which the first is that of the default.
+pub const fn word<T: Copy>(description: &'static str, default: T, choices: &'static [&'static str]) -> Declared<T> {
+    Declared { default, description, domain: Domain::String { default: choices[0], choices } }
+}
+
 impl Parameter {
     /// What is wrong with `value`, if anything; words are not judged here, they are parsed.
     pub fn fault(&self, value: f64) -> Option<String> {
@@ -42,20 +79,22 @@ impl Parameter {
         }
     }
 
-    /// The JSON schema of its values.
-    pub fn schema(&self) -> Value {
-        let mut schema = match self.domain {
+    /// The schema of its values.
+    pub(super) fn schema(&self) -> ObjectBuilder {
+        let schema = ObjectBuilder::new().description(Some(self.description));
+        match self.domain {
             Domain::Number { default, minimum, exclusive_minimum, maximum } => {
-                let lower = if exclusive_minimum { "exclusiveMinimum" } else { "minimum" };
-                json!({"type": "number", "default": default, lower: minimum, "maximum": maximum})
+                let schema = schema.schema_type(Type::Number).default(Some(json!(default))).maximum(Some(maximum));
+                if exclusive_minimum { schema.exclusive_minimum(Some(minimum)) } else { schema.minimum(Some(minimum)) }
             }
             Domain::Integer { default, minimum, maximum } => {
-                json!({"type": "integer", "default": default, "minimum": minimum, "maximum": maximum})
+                let schema = schema.schema_type(Type::Integer).default(Some(json!(default)));
+                schema.minimum(Some(minimum)).maximum(Some(maximum))
             }
-            Domain::String { default, choices } => json!({"type": "string", "default": default, "enum": choices}),
-        };
-        schema["description"] = self.description.into();
-        schema
+            Domain::String { default, choices } => {
+                schema.schema_type(Type::String).default(Some(json!(default))).enum_values(Some(choices.to_vec()))
+            }
+        }
     }
 }
 
@@ -67,16 +106,8 @@ fn outside(value: f64, minimum: f64, maximum: f64) -> Option<String> {
 mod tests {
     use super::*;
 
-    const CLOSED: Parameter = Parameter {
-        name: "a",
-        description: "",
-        domain: Domain::Number { default: 1.0, minimum: 0.0, exclusive_minimum: false, maximum: 2.0 },
-    };
-    const OPEN: Parameter = Parameter {
-        name: "b",
-        description: "",
-        domain: Domain::Number { default: 1.0, minimum: 0.0, exclusive_minimum: true, maximum: 2.0 },
-    };
+    const CLOSED: Parameter = number("", 1.0, 0.0, 2.0).named("a");
+    const OPEN: Parameter = number_above("", 1.0, 0.0, 2.0).named("b");
 
     #[test]
     fn ends_belong_to_a_range_unless_excluded() {

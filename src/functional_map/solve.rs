@@ -1,14 +1,11 @@
 //! The functional map that minimises data term and regulariser.
 
-use faer::{Mat, MatRef, Scale};
+use faer::Mat;
 
 use super::MapError;
-use super::problem::{Problem, check, least_squares};
-use super::regulariser::{L2Solver, Regulariser};
-use super::ridge;
-use crate::numerics::proximal_gradient::{self, Composite};
-use crate::numerics::proximal_operators::{nuclear_norm, singular_value_threshold, soft_threshold};
-use crate::numerics::{Report, Stopped, Stopping, Watch, conjugate_gradient};
+use super::problem::{Problem, check};
+use super::regulariser::Regulariser;
+use crate::numerics::{Report, Watch};
 
 /// A functional map and how it was found.
 #[derive(Clone, Debug)]
@@ -20,7 +17,7 @@ pub struct Solution {
 }
 
 /// The minimiser C (l × k) of ‖C A − B‖²_F + γ ρ(C), for `weights` = W (l × k, none negative), reached from `start` = C⁰
-/// (l × k, see [`least_squares`]).
+/// (l × k, see [`least_squares`](super::problem::least_squares)).
 ///
 /// A direct solution, that of `none` and of ℓ2 by default, reports no iteration and the objective of the start and its
 /// own. An iteration carries out all of its `max_iterations` if `tolerance` is 0; otherwise it has converged as soon as
@@ -39,124 +36,19 @@ pub fn solve(
     let shape = (problem.rows(), problem.columns());
     check("W", weights.as_ref(), shape)?;
     check("C⁰", start.as_ref(), shape)?;
-    let (c, mut report) = match *regulariser {
-        Regulariser::None {} => {
-            let c = least_squares(problem)?;
-            let history = vec![problem.variable(start.as_ref()), problem.variable(c.as_ref())];
-            (c, Report { iterations: 0, history, stopped: Stopped::Converged })
-        }
-        Regulariser::L2 { gamma, solver: L2Solver::Exact, .. } => {
-            let c = ridge::minimiser(problem, gamma, weights.as_ref(), watch)?;
-            let h = |c: &Mat<f64>| problem.variable(c.as_ref()) + gamma * weighted_energy(weights, c.as_ref());
-            let history = vec![h(&start), h(&c)];
-            (c, Report { iterations: 0, history, stopped: Stopped::Converged })
-        }
-        Regulariser::L2 { gamma, max_iterations, tolerance, solver: L2Solver::ConjugateGradient } => {
-            l2(problem, gamma, weights, start, Stopping { max_iterations, tolerance }, watch)?
-        }
-        Regulariser::L1 { gamma, max_iterations, tolerance } => {
-            l1(problem, gamma, weights, start, Stopping { max_iterations, tolerance }, watch)?
-        }
-        Regulariser::Nuclear { gamma, max_iterations, tolerance } => {
-            nuclear(problem, gamma, start, Stopping { max_iterations, tolerance }, watch)?
-        }
-    };
+    let (c, mut report) = regulariser.minimiser(problem, weights, start, watch)?;
     // The solvers compare objectives without ‖B‖²_F; nothing that is reported is negative by rounding.
     report.history.iter_mut().for_each(|value| *value = (*value + problem.constant()).max(0.0));
     Ok(Solution { c, report })
 }
 
-/// Eq. 3.6 by conjugate gradients, with the gradient of eq. 3.21: 2 C A Aᵀ − 2 B Aᵀ + 2 γ W ⊙ W ⊙ C.
-fn l2(
-    problem: &Problem,
-    gamma: f64,
-    weights: &Mat<f64>,
-    start: Mat<f64>,
-    stopping: Stopping,
-    watch: &dyn Watch,
-) -> Result<(Mat<f64>, Report), MapError> {
-    let curvature = Mat::from_fn(weights.nrows(), weights.ncols(), |i, j| 2.0 * gamma * weights[(i, j)].powi(2));
-    let h = conjugate_gradient::Smooth {
-        objective: |c: MatRef<'_, f64>| problem.variable(c) + gamma * weighted_energy(weights, c),
-        gradient: |c: MatRef<'_, f64>| {
-            let data = problem.gradient(c);
-            Mat::from_fn(c.nrows(), c.ncols(), |i, j| data[(i, j)] + curvature[(i, j)] * c[(i, j)])
-        },
-        step: step(problem.lipschitz()? + curvature.norm_max()),
-    };
-    Ok(conjugate_gradient::minimise(&h, start, stopping, watch)?)
-}
-
-/// Eq. 3.22 by the fast gradient method, thresholds λ γ W.
-fn l1(
-    problem: &Problem,
-    gamma: f64,
-    weights: &Mat<f64>,
-    start: Mat<f64>,
-    stopping: Stopping,
-    watch: &dyn Watch,
-) -> Result<(Mat<f64>, Report), MapError> {
-    let step = step(problem.lipschitz()?);
-    let thresholds = Scale(step * gamma) * weights;
-    let h = Composite {
-        smooth: |c: MatRef<'_, f64>| problem.variable(c),
-        term: |c: MatRef<'_, f64>| Ok(gamma * weighted_sum(weights, c)),
-        gradient: |c: MatRef<'_, f64>| problem.gradient(c),
-        proximal: |v: MatRef<'_, f64>| {
-            let c = soft_threshold(v, thresholds.as_ref());
-            let term = gamma * weighted_sum(weights, c.as_ref());
-            Ok((c, term))
-        },
-        step,
-    };
-    proximal_gradient::minimise(&h, start, stopping, watch)
-}
-
-/// Eq. 3.23 by the fast gradient method, threshold λ γ.
-fn nuclear(
-    problem: &Problem,
-    gamma: f64,
-    start: Mat<f64>,
-    stopping: Stopping,
-    watch: &dyn Watch,
-) -> Result<(Mat<f64>, Report), MapError> {
-    let step = step(problem.lipschitz()?);
-    let h = Composite {
-        smooth: |c: MatRef<'_, f64>| problem.variable(c),
-        term: |c: MatRef<'_, f64>| Ok(gamma * nuclear_norm(c)?),
-        gradient: |c: MatRef<'_, f64>| problem.gradient(c),
-        proximal: |v: MatRef<'_, f64>| {
-            let (c, norm) = singular_value_threshold(v, step * gamma)?;
-            Ok((c, gamma * norm))
-        },
-        step,
-    };
-    proximal_gradient::minimise(&h, start, stopping, watch)
-}
-
-/// 1/L; 1 for a data term without constraints, where any step will do.
-fn step(lipschitz: f64) -> f64 {
-    if lipschitz > f64::MIN_POSITIVE { 1.0 / lipschitz } else { 1.0 }
-}
-
-/// ‖W ⊙ C‖²_F.
-fn weighted_energy(weights: &Mat<f64>, c: MatRef<'_, f64>) -> f64 {
-    entries(weights, c).map(|(w, c)| (w * c).powi(2)).sum()
-}
-
-/// ‖W ⊙ C‖₁.
-fn weighted_sum(weights: &Mat<f64>, c: MatRef<'_, f64>) -> f64 {
-    entries(weights, c).map(|(w, c)| (w * c).abs()).sum()
-}
-
-fn entries(weights: &Mat<f64>, c: MatRef<'_, f64>) -> impl Iterator<Item = (f64, f64)> {
-    weights.col_iter().zip(c.col_iter()).flat_map(|(w, c)| w.iter().copied().zip(c.iter().copied()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::{Cancelled, Unwatched, random};
+    use crate::functional_map::problem::least_squares;
+    use crate::functional_map::regulariser::{L1, L2, L2Solver, LeastSquares, Nuclear};
+    use crate::numerics::proximal_operators::{singular_value_threshold, soft_threshold};
+    use crate::numerics::{Cancelled, Stopped, Unwatched, random};
 
     const SHAPES: [(usize, usize); 3] = [(8, 8), (12, 7), (6, 11)];
 
@@ -171,15 +63,15 @@ mod tests {
     }
 
     fn l2(gamma: f64, solver: L2Solver) -> Regulariser {
-        Regulariser::L2 { gamma, max_iterations: 20_000, tolerance: 1e-8, solver }
+        Regulariser::L2(L2 { gamma, max_iterations: 20_000, tolerance: 1e-8, solver })
     }
 
     fn l1(gamma: f64) -> Regulariser {
-        Regulariser::L1 { gamma, max_iterations: 20_000, tolerance: 1e-7 }
+        Regulariser::L1(L1 { gamma, max_iterations: 20_000, tolerance: 1e-7 })
     }
 
     fn nuclear(gamma: f64) -> Regulariser {
-        Regulariser::Nuclear { gamma, max_iterations: 20_000, tolerance: 1e-7 }
+        Regulariser::Nuclear(Nuclear { gamma, max_iterations: 20_000, tolerance: 1e-7 })
     }
 
     fn solved(problem: &Problem, regulariser: &Regulariser) -> Solution {
@@ -233,7 +125,7 @@ mod tests {
     #[test]
     fn an_entry_of_the_l1_solution_balances_gradient_and_weight() {
         let problem = problem(9, 6, 10.0);
-        let regulariser = Regulariser::L1 { gamma: 2.0, max_iterations: 20_000, tolerance: 1e-11 };
+        let regulariser = Regulariser::L1(L1 { gamma: 2.0, max_iterations: 20_000, tolerance: 1e-11 });
         let (c, w) = (solved(&problem, &regulariser).c, slanted(9, 6));
         let gradient = problem.gradient(c.as_ref());
         for j in 0..6 {
@@ -283,7 +175,7 @@ mod tests {
         let problem = problem(7, 5, 10.0);
         let wanted = least_squares(&problem).unwrap();
         for regulariser in [
-            Regulariser::None {},
+            Regulariser::None(LeastSquares {}),
             l2(0.0, L2Solver::Exact),
             l2(0.0, L2Solver::ConjugateGradient),
             l1(0.0),
@@ -300,7 +192,7 @@ mod tests {
         let a = random::normal(10, 50, 1);
         let problem = Problem::new(a.as_ref(), a.as_ref()).unwrap();
         let weights = slanted(10, 10);
-        for regulariser in [Regulariser::None {}, l2(10.0, L2Solver::Exact), l1(1.0)] {
+        for regulariser in [Regulariser::None(LeastSquares {}), l2(10.0, L2Solver::Exact), l1(1.0)] {
             let c = solve(&problem, &regulariser, &weights, Mat::zeros(10, 10), &Unwatched).unwrap().c;
             assert!((c - Mat::<f64>::identity(10, 10)).norm_max() < 1e-5);
         }

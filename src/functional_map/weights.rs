@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::diagonal::Diagonal;
-use super::parameter::{Domain, Parameter};
+use super::parameter::{Declared, number, number_above};
 use crate::numerics::cosamp::{Sampling, sparse_approximation};
 
 /// How W is made.
@@ -30,18 +30,11 @@ pub enum Weights {
 }
 
 /// `Weights::Cosamp::sparsity`, in shares of k.
-pub const SPARSITY: Parameter = Parameter {
-    name: "sparsity",
-    description: "entries of C⁰ the line is fitted through, as a share of k",
-    domain: Domain::Number { default: 0.8, minimum: 0.0, exclusive_minimum: true, maximum: 10.0 },
-};
+const SPARSITY: Declared<f64> =
+    number_above("entries of C⁰ the line is fitted through, as a share of k", 0.8, 0.0, 10.0);
 
 /// `Weights::Cosamp::power`.
-pub const POWER: Parameter = Parameter {
-    name: "power",
-    description: "exponent of the distance from the line; 0 makes all weights 1",
-    domain: Domain::Number { default: 1.2, minimum: 0.0, exclusive_minimum: false, maximum: 10.0 },
-};
+const POWER: Declared<f64> = number("exponent of the distance from the line; 0 makes all weights 1", 1.2, 0.0, 10.0);
 
 /// How fast the slant's weights fade with the index of the eigenfunctions: σ of \[RCB+17, §4.1\].
 const FADING: f64 = 0.03;
@@ -62,7 +55,7 @@ pub fn weights(kind: &Weights, c0: MatRef<'_, f64>, sketch_eigenvalues: &[f64], 
 /// What is wrong with the parameters of the weights: the name of each field at fault, and why.
 pub fn faults(weights: &Weights) -> Vec<(&'static str, String)> {
     match *weights {
-        Weights::Cosamp { sparsity, power } => [(SPARSITY, sparsity), (POWER, power)]
+        Weights::Cosamp { sparsity, power } => [(SPARSITY.named("sparsity"), sparsity), (POWER.named("power"), power)]
             .into_iter()
             .filter_map(|(parameter, value)| Some((parameter.name, parameter.fault(value)?)))
             .collect(),
@@ -123,11 +116,11 @@ fn resolvent(sketch: &[f64], mesh: &[f64]) -> Mat<f64> {
 }
 
 fn sparsity() -> f64 {
-    0.8
+    SPARSITY.default
 }
 
 fn power() -> f64 {
-    1.2
+    POWER.default
 }
 
 #[cfg(test)]

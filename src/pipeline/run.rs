@@ -14,7 +14,6 @@ use super::stages::{Stage, Stages};
 use super::{MatchError, Surroundings, landmarks};
 use crate::correspondence::{confidence, icp, points, zoomout};
 use crate::functional_map::problem::least_squares;
-use crate::functional_map::regulariser::Regulariser;
 use crate::functional_map::solve::solve;
 use crate::functional_map::weights::weights;
 use crate::mesh::TriangleMesh;
@@ -95,7 +94,7 @@ pub fn run(
         rating: calibrated.then(|| Rating::of(confidence)),
         alignment: aligned.map(|aligned| aligned.report(&component)),
         alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&component)),
-        solver: Solver::new(regulariser_name(&settings.regulariser), solution.report),
+        solver: Solver::new(settings.regulariser.name(), solution.report),
         intermediate: Intermediate {
             sketch_eigenvalues: phi.eigenvalues.clone(),
             mesh_eigenvalues: psi.eigenvalues.clone(),
@@ -194,15 +193,6 @@ fn correspondences(sketch: &Sketch, component: &Component, points: &Points) -> V
             confidence,
         })
         .collect()
-}
-
-fn regulariser_name(regulariser: &Regulariser) -> &'static str {
-    match regulariser {
-        Regulariser::None {} => "none",
-        Regulariser::L2 { .. } => "l2",
-        Regulariser::L1 { .. } => "l1",
-        Regulariser::Nuclear { .. } => "nuclear",
-    }
 }
 
 fn warnings(

@@ -7,7 +7,7 @@ use super::Fault;
 use super::request::{
     Alignment, Columns, Conversion, Landmark, MatchRequest, Part, Preset, Refinement, Regions, SpectralScale,
 };
-use crate::functional_map::regulariser::{self, Regulariser};
+use crate::functional_map::regulariser::{L1, Regulariser};
 use crate::functional_map::weights::{self, Weights};
 use crate::regions::{LabelOutOfRange, MAX_REGIONS};
 use crate::spectral::Boundary;
@@ -91,7 +91,7 @@ impl Settings {
             regions: Regions::Auto { count: 7 },
             landmarks: Vec::new(),
             weights: Weights::Cosamp { sparsity: 0.8, power: 1.2 },
-            regulariser: Regulariser::L1 { gamma: 1.0, max_iterations: 200, tolerance: 0.0 },
+            regulariser: Regulariser::L1(L1::default()),
             conversion: Conversion::Indicator {},
             refinement: Refinement::None {},
         };
@@ -174,7 +174,7 @@ impl Settings {
         for (field, detail) in weights::faults(&self.weights) {
             faults.add(format!("/weights/{field}"), detail);
         }
-        for (field, detail) in regulariser::faults(&self.regulariser) {
+        for (field, detail) in self.regulariser.faults() {
             faults.add(format!("/regulariser/{field}"), detail);
         }
         match self.refinement {

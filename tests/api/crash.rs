@@ -5,7 +5,7 @@ use std::process::Command;
 
 use reqwest::Client;
 use rustix::process::{Pid, Signal, kill_process};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::drawings;
 use crate::program::{Program, end};
@@ -76,22 +76,4 @@ fn a_second_server_is_refused_the_data_directory() {
         .unwrap();
     assert!(!second.status.success());
     assert!(String::from_utf8_lossy(&second.stderr).contains("in use by another process"));
-}
-
-#[test]
-fn a_match_without_a_server_writes_its_result_or_its_reasons() {
-    let dir = tempfile::tempdir().unwrap();
-    let (sketch, mesh, result) = (dir.path().join("s.json"), dir.path().join("m.obj"), dir.path().join("r.json"));
-    fs::write(&sketch, drawings::ellipse().to_string()).unwrap();
-    fs::write(&mesh, drawings::ellipsoid(16, 12)).unwrap();
-    let program = || Command::new(env!("CARGO_BIN_EXE_sketchmatch"));
-    let matched = program().arg("match").args([&sketch, &mesh]).arg("-o").arg(&result).output().unwrap();
-    assert!(matched.status.success(), "{}", String::from_utf8_lossy(&matched.stderr));
-    let result: Value = serde_json::from_slice(&fs::read(&result).unwrap()).unwrap();
-    assert!(!result["correspondences"].as_array().unwrap().is_empty());
-
-    fs::write(&mesh, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").unwrap();
-    let refused = program().arg("match").args([&sketch, &mesh]).output().unwrap();
-    assert!(!refused.status.success());
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("line 4"), "{refused:?}");
 }

@@ -1,10 +1,12 @@
 //! The service as its clients see it: every test starts a server of its own and speaks HTTP.
 
 mod bad_inputs;
+mod command_line;
 mod crash;
 mod determinism;
 mod drawings;
 mod headers;
+mod logs;
 mod openapi;
 mod pictures;
 mod program;

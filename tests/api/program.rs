@@ -1,14 +1,17 @@
 //! The program itself, serving in a process of its own.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread;
 
 use reqwest::Client;
 use serde_json::Value;
 
 use crate::server::json_of;
+
+/// What the program writes to standard error.
+pub type Log = BufReader<ChildStderr>;
 
 /// The program serving a data directory.
 pub struct Program {
@@ -17,7 +20,15 @@ pub struct Program {
 }
 
 impl Program {
+    /// The program, whose log is read on.
     pub fn start(data: &Path, workers: usize) -> Program {
+        let (program, log) = Program::start_unread(data, workers);
+        thread::spawn(move || log.lines().map_while(Result::ok).for_each(drop));
+        program
+    }
+
+    /// The program, and its log from the address on, for the test to read or not.
+    pub fn start_unread(data: &Path, workers: usize) -> (Program, Log) {
         let mut child = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
             .args(["serve", "--listen", "127.0.0.1:0", "--log-format", "json", "--workers", &workers.to_string()])
             .arg("--data-dir")
@@ -25,12 +36,15 @@ impl Program {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut log = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let entry = |line: String| serde_json::from_str::<Value>(&line).ok();
-        let address = log.by_ref().filter_map(entry).find_map(|entry| Some(entry.get("address")?.as_str()?.to_owned()));
-        let address = format!("http://{}", address.expect("the log tells the address"));
-        thread::spawn(move || log.for_each(drop));
-        Program { child, address }
+        let mut log = BufReader::new(child.stderr.take().unwrap());
+        let entries = log.by_ref().lines().map_while(Result::ok);
+        let mut addresses = entries.filter_map(|line| {
+            let entry: Value = serde_json::from_str(&line).ok()?;
+            Some(entry.get("address")?.as_str()?.to_owned())
+        });
+        let address = format!("http://{}", addresses.next().expect("the log tells the address"));
+        drop(addresses);
+        (Program { child, address }, log)
     }
 
     pub fn url(&self, path: &str) -> String {

@@ -1,0 +1,123 @@
+//! ρ(C) = ‖W ⊙ C‖²_F, eq. 3.6.
+
+use faer::{Mat, MatRef};
+use serde::{Deserialize, Serialize};
+
+use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, entries, gamma, step};
+use crate::functional_map::MapError;
+use crate::functional_map::parameter::{Declared, word};
+use crate::functional_map::problem::Problem;
+use crate::functional_map::ridge;
+use crate::numerics::conjugate_gradient::{self, Smooth};
+use crate::numerics::{Report, Stopped, Stopping, Watch};
+
+/// ρ(C) = ‖W ⊙ C‖²_F.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct L2 {
+    pub gamma: f64,
+    pub max_iterations: usize,
+    pub tolerance: f64,
+    pub solver: L2Solver,
+}
+
+/// How the ℓ2 problem is solved; both reach the same C.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum L2Solver {
+    /// Row by row: (A Aᵀ + γ diag(w_i²)) c_i = A b_i.
+    Exact,
+    /// Conjugate gradients with backtracking, as in §3.4.
+    ConjugateGradient,
+}
+
+const GAMMA: Declared<f64> = gamma(10.0);
+
+const SOLVER: Declared<L2Solver> =
+    word("both reach the same C; the exact one does not iterate", L2Solver::Exact, &["exact", "conjugate_gradient"]);
+
+pub(super) static ABOUT: About = About {
+    r#type: "l2",
+    title: "Weighted squared entries",
+    formula: Formula {
+        text: "‖C A − B‖²_F + γ ‖W ⊙ C‖²_F", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_F^2"
+    },
+    equation: "3.6",
+    solver: "exact row by row, or conjugate gradients (Hestenes and Stiefel) with backtracking",
+    parameters: &[
+        GAMMA.named("gamma"),
+        MAX_ITERATIONS.named("max_iterations"),
+        TOLERANCE.named("tolerance"),
+        SOLVER.named("solver"),
+    ],
+};
+
+impl Default for L2 {
+    fn default() -> L2 {
+        L2 {
+            gamma: GAMMA.default,
+            max_iterations: MAX_ITERATIONS.default,
+            tolerance: TOLERANCE.default,
+            solver: SOLVER.default,
+        }
+    }
+}
+
+impl Term for L2 {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn minimiser(
+        &self,
+        problem: &Problem,
+        weights: &Mat<f64>,
+        start: Mat<f64>,
+        watch: &dyn Watch,
+    ) -> Result<(Mat<f64>, Report), MapError> {
+        match self.solver {
+            L2Solver::Exact => self.exactly(problem, weights, &start, watch),
+            L2Solver::ConjugateGradient => self.by_conjugate_gradients(problem, weights, start, watch),
+        }
+    }
+}
+
+impl L2 {
+    /// ‖C A − B‖²_F + γ ‖W ⊙ C‖²_F without the constant.
+    fn objective(&self, problem: &Problem, weights: &Mat<f64>, c: MatRef<'_, f64>) -> f64 {
+        problem.variable(c) + self.gamma * entries(weights, c).map(|(w, c)| (w * c).powi(2)).sum::<f64>()
+    }
+
+    fn exactly(
+        &self,
+        problem: &Problem,
+        weights: &Mat<f64>,
+        start: &Mat<f64>,
+        watch: &dyn Watch,
+    ) -> Result<(Mat<f64>, Report), MapError> {
+        let c = ridge::minimiser(problem, self.gamma, weights.as_ref(), watch)?;
+        let history = [start, &c].map(|c| self.objective(problem, weights, c.as_ref())).to_vec();
+        Ok((c, Report { iterations: 0, history, stopped: Stopped::Converged }))
+    }
+
+    /// With the gradient of eq. 3.21: 2 C A Aᵀ − 2 B Aᵀ + 2 γ W ⊙ W ⊙ C.
+    fn by_conjugate_gradients(
+        &self,
+        problem: &Problem,
+        weights: &Mat<f64>,
+        start: Mat<f64>,
+        watch: &dyn Watch,
+    ) -> Result<(Mat<f64>, Report), MapError> {
+        let L2 { gamma, max_iterations, tolerance, .. } = *self;
+        let curvature = Mat::from_fn(weights.nrows(), weights.ncols(), |i, j| 2.0 * gamma * weights[(i, j)].powi(2));
+        let h = Smooth {
+            objective: |c: MatRef<'_, f64>| self.objective(problem, weights, c),
+            gradient: |c: MatRef<'_, f64>| {
+                let data = problem.gradient(c);
+                Mat::from_fn(c.nrows(), c.ncols(), |i, j| data[(i, j)] + curvature[(i, j)] * c[(i, j)])
+            },
+            step: step(problem.lipschitz()? + curvature.norm_max()),
+        };
+        Ok(conjugate_gradient::minimise(&h, start, Stopping { max_iterations, tolerance }, watch)?)
+    }
+}
