@@ -103,7 +103,7 @@ fn a_sketch_and_a_mesh_that_change_places_are_named() {
 fn where_a_result_goes_is_looked_at_before_the_files_are() {
     let desk = Desk::new();
     fs::write(&desk.mesh, "v 0 0 0\nf 1 1 1\n").unwrap();
-    let mut refused = |output: &Path| refusal(program("match").args([&desk.sketch, &desk.mesh]).arg("-o").arg(output));
+    let refused = |output: &Path| refusal(program("match").args([&desk.sketch, &desk.mesh]).arg("-o").arg(output));
     let said = refused(&desk.path("no/such/directory/r.json"));
     assert!(said.contains("no/such/directory/r.json"), "{said}");
     let said = refused(&desk.mesh);
