@@ -64,11 +64,13 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     let (drawing, solid) = (read(&options.sketch)?, read(&options.mesh)?);
     check_order(options, &drawing, &solid)?;
     let [output, picture] = outputs(options)?;
-    let sketch = http::sketches::imported(&drawing, sketch_type(&options.sketch), None, &sketch::Config::default());
-    let sketch = sketch.map_err(|problem| reasons(&options.sketch, &problem))?;
+    let sketch = http::sketches::drawn(&drawing, sketch_type(&options.sketch))
+        .and_then(|drawn| http::sketches::imported(&drawing, drawn, None, &sketch::Config::default()))
+        .map_err(|problem| reasons(&options.sketch, &problem))?;
     let mesh_name = options.mesh.file_name().and_then(|name| name.to_str());
-    let mesh = http::meshes::imported(&solid, None, None, mesh_name, &Limits::default());
-    let mesh = mesh.map_err(|problem| reasons(&options.mesh, &problem))?;
+    let mesh = http::meshes::format(&solid, None, None, mesh_name)
+        .and_then(|format| http::meshes::imported(&solid, format, &Limits::default()))
+        .map_err(|problem| reasons(&options.mesh, &problem))?;
     let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?;
     let started = Instant::now();
     let clock = || started.elapsed().as_secs_f64() * 1e3;

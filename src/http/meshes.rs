@@ -20,7 +20,7 @@ use crate::mesh::connectivity::{Summary, summary};
 use crate::mesh::formats::{Format, Limits};
 use crate::mesh::refusal::{Refusal, Warning};
 use crate::mesh::validation::{Imported, import};
-use crate::store::Kind;
+use crate::store::{Kind, Source};
 
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 pub struct MeshMeasures {
@@ -44,7 +44,8 @@ pub struct UploadQuery {
 
 /// Takes a mesh.
 ///
-/// The file is the raw body, or the part `file` of a form. The same content is stored once.
+/// The file is the raw body, or the part `file` of a form. The same file, read the same way, is one mesh however often it
+/// comes; a name that comes with it is the mesh's from then on.
 #[utoipa::path(
     post, path = "/v1/meshes", tag = "meshes",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
@@ -53,7 +54,7 @@ pub struct UploadQuery {
     )),
     responses(
         (status = 201, description = "taken", body = ShapeDocument<MeshMeasures>, headers(("Location" = String))),
-        (status = 200, description = "known already", body = ShapeDocument<MeshMeasures>, headers(("Location" = String))),
+        (status = 200, description = "this very file is known already", body = ShapeDocument<MeshMeasures>, headers(("Location" = String))),
     ),
 )]
 pub async fn upload(
@@ -68,11 +69,14 @@ pub async fn upload(
         let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
         let taken = app.off_runtime(move || {
             let Upload { bytes, media_type, file_name, .. } = &upload;
-            imported(bytes, query.format, media_type.as_deref(), file_name.as_deref(), &limits).map(measured)
+            let format = format(bytes, query.format, media_type.as_deref(), file_name.as_deref())?;
+            let (mesh, measures) = measured(imported(bytes, format, &limits)?);
+            let media_type = format.media_type().to_owned();
+            Ok::<_, Problem>((mesh, measures, Source { bytes: upload.bytes, media_type, parameters: String::new() }))
         });
-        let (mesh, measures) = taken.await??;
+        let (mesh, measures, source) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
-        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, name.as_deref(), body).await?)
+        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, source, name.as_deref(), body).await?)
     };
     shapes::once(&app, Kind::Mesh, &key, asked, answer).await
 }
@@ -83,22 +87,28 @@ fn measured(Imported { mesh, warnings }: Imported) -> (TriangleMesh, MeshMeasure
     (mesh, MeshMeasures { summary, warnings })
 }
 
-/// The mesh in a file of the format named, else of that which the media type, the file's name or the bytes tell.
+/// The format named, else that which the media type, the file's name or the bytes tell.
 ///
 /// # Errors
-/// 415 where nothing tells the format, 413 beyond the limits, 422 with every fault of a mesh that cannot be matched.
-pub fn imported(
+/// 415 where nothing tells it.
+pub fn format(
     bytes: &[u8],
-    format: Option<Format>,
+    named: Option<Format>,
     media_type: Option<&str>,
     file_name: Option<&str>,
-    limits: &Limits,
-) -> Result<Imported, Problem> {
+) -> Result<Format, Problem> {
     let by_name = || Format::from_name(file_name?.rsplit_once('.')?.1);
-    let format = format.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
-    let format = format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
+    let format = named.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
+    format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
         unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb")
-    })?;
+    })
+}
+
+/// The mesh in a file of this format.
+///
+/// # Errors
+/// 413 beyond the limits, 422 with every fault of a mesh that cannot be matched.
+pub fn imported(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported, Problem> {
     import(bytes, format, limits).map_err(refused)
 }
 

@@ -21,7 +21,7 @@ use crate::sketch::{
     Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
     from_svg,
 };
-use crate::store::Kind;
+use crate::store::{Kind, Source};
 
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
 pub struct SketchMeasures {
@@ -47,15 +47,29 @@ pub struct UploadQuery {
 
 /// The kinds of drawing that are understood.
 #[derive(Clone, Copy)]
-enum Drawn {
+pub enum Drawn {
     Outline,
     Svg,
-    Picture,
+    Png,
+    Jpeg,
+}
+
+impl Drawn {
+    /// The content type of a drawing of this kind.
+    pub const fn media_type(self) -> &'static str {
+        match self {
+            Drawn::Outline => "application/json",
+            Drawn::Svg => "image/svg+xml",
+            Drawn::Png => "image/png",
+            Drawn::Jpeg => "image/jpeg",
+        }
+    }
 }
 
 /// Takes a sketch: an outline as JSON (y up), an SVG, a PNG or a JPEG.
 ///
-/// The drawing is the raw body, or the part `file` of a form. The same content is stored once.
+/// The drawing is the raw body, or the part `file` of a form. The same drawing, read the same way, is one sketch however
+/// often it comes; a name that comes with it is the sketch's from then on.
 #[utoipa::path(
     post, path = "/v1/sketches", tag = "sketches",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
@@ -64,7 +78,7 @@ enum Drawn {
     )),
     responses(
         (status = 201, description = "taken", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),
-        (status = 200, description = "known already", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),
+        (status = 200, description = "this very drawing is known already", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),
     ),
 )]
 pub async fn upload(
@@ -78,11 +92,15 @@ pub async fn upload(
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let target = target(query.target_vertices)?;
         let config = Config { max_svg_bytes: app.config.max_request_bytes, ..Config::default() };
-        let taken =
-            app.off_runtime(move || imported(&upload.bytes, upload.media_type.as_deref(), target, &config)).await?;
-        let Imported { sketch, warnings } = taken?;
+        let taken = app.off_runtime(move || {
+            let drawn = drawn(&upload.bytes, upload.media_type.as_deref())?;
+            let imported = imported(&upload.bytes, drawn, target, &config)?;
+            let parameters = target.map(|vertices| format!("target_vertices={vertices}")).unwrap_or_default();
+            Ok::<_, Problem>((imported, Source { bytes: upload.bytes, media_type: drawn.media_type().to_owned(), parameters }))
+        });
+        let (Imported { sketch, warnings }, source) = taken.await??;
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
-        shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, name.as_deref(), body).await?)
+        shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, source, name.as_deref(), body).await?)
     };
     shapes::once(&app, Kind::Sketch, &key, asked, answer).await
 }
@@ -98,39 +116,39 @@ fn target(asked: Option<usize>) -> Result<Option<usize>, Problem> {
 }
 
 /// The kind of drawing by its content type, else by its first bytes.
-fn drawn(bytes: &[u8], media_type: Option<&str>) -> Result<Drawn, Problem> {
+///
+/// # Errors
+/// 415 for what is no drawing.
+pub fn drawn(bytes: &[u8], media_type: Option<&str>) -> Result<Drawn, Problem> {
     match media_type {
         Some(media_type) if is_json(media_type) => Ok(Drawn::Outline),
         Some("image/svg+xml") => Ok(Drawn::Svg),
-        Some("image/png" | "image/jpeg") => Ok(Drawn::Picture),
+        Some("image/png") => Ok(Drawn::Png),
+        Some("image/jpeg") => Ok(Drawn::Jpeg),
         None | Some("application/octet-stream") => match bytes.trim_ascii_start() {
             [b'{', ..] => Ok(Drawn::Outline),
             [b'<', ..] => Ok(Drawn::Svg),
-            [0x89, b'P', b'N', b'G', ..] | [0xff, 0xd8, 0xff, ..] => Ok(Drawn::Picture),
+            [0x89, b'P', b'N', b'G', ..] => Ok(Drawn::Png),
+            [0xff, 0xd8, 0xff, ..] => Ok(Drawn::Jpeg),
             _ => Err(unsupported("the bytes are no JSON, SVG, PNG or JPEG")),
         },
         Some(_) => Err(unsupported("a sketch is application/json, image/svg+xml, image/png or image/jpeg")),
     }
 }
 
-/// The sketch in a drawing of this media type, or of the kind its bytes tell.
+/// The sketch in a drawing of this kind.
 ///
 /// # Errors
-/// 415 for what is no drawing, 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
-pub fn imported(
-    bytes: &[u8],
-    media_type: Option<&str>,
-    target: Option<usize>,
-    config: &Config,
-) -> Result<Imported, Problem> {
+/// 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
+pub fn imported(bytes: &[u8], drawn: Drawn, target: Option<usize>, config: &Config) -> Result<Imported, Problem> {
     let wanted = target.unwrap_or(DEFAULT_TARGET_VERTICES);
-    let imported = match drawn(bytes, media_type)? {
+    let imported = match drawn {
         Drawn::Outline => {
             let (drawing, wanted) = json::parsed::<OutlineRequest>(bytes)?.into_parts();
             from_outline(&drawing, target.unwrap_or(wanted), config)
         }
         Drawn::Svg => from_svg(bytes, wanted, config),
-        Drawn::Picture => from_picture(bytes, wanted, config),
+        Drawn::Png | Drawn::Jpeg => from_picture(bytes, wanted, config),
     };
     imported.map_err(refused)
 }

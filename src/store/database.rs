@@ -16,6 +16,12 @@ const PRAGMAS: &str = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRA
 
 /// A pool on the SQLite file at `path` with the present tables. The caller holds the lock that migrations need.
 pub(super) async fn open(path: &Path) -> Result<AnyPool, StoreError> {
+    let pool = connected(path).await?;
+    migrator().run(&pool).await?;
+    Ok(pool)
+}
+
+async fn connected(path: &Path) -> Result<AnyPool, StoreError> {
     install_default_drivers();
     let url = SqliteConnectOptions::new().filename(path).create_if_missing(true).to_url_lossy();
     let pool = AnyPoolOptions::new()
@@ -23,7 +29,6 @@ pub(super) async fn open(path: &Path) -> Result<AnyPool, StoreError> {
         .after_connect(|connection, _| Box::pin(async move { connection.execute(PRAGMAS).await.map(drop) }))
         .connect_with(AnyConnectOptions::from_url(&url)?)
         .await?;
-    migrator().run(&pool).await?;
     Ok(pool)
 }
 
@@ -32,9 +37,23 @@ fn migrator() -> Migrator {
     let files = [
         (1, "store", include_str!("../../migrations/sqlite/0001_store.sql")),
         (2, "jobs by key", include_str!("../../migrations/sqlite/0002_jobs_by_key.sql")),
+        (3, "uploads", include_str!("../../migrations/sqlite/0003_uploads.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)
     };
     Migrator::with_migrations(files.into_iter().map(migration).collect())
+}
+
+#[cfg(test)]
+pub(super) mod testing {
+    use super::*;
+
+    /// A pool on the SQLite file at `path` with the tables as the migration `version` left them.
+    pub async fn of_version(path: &Path, version: i64) -> AnyPool {
+        let pool = connected(path).await.unwrap();
+        let migrations = migrator().migrations.iter().filter(|migration| migration.version <= version).cloned().collect();
+        Migrator::with_migrations(migrations).run(&pool).await.unwrap();
+        pool
+    }
 }

@@ -6,6 +6,7 @@
 mod blobs;
 mod database;
 mod error;
+mod geometry;
 mod idempotency;
 mod job;
 mod page;
@@ -28,7 +29,7 @@ pub use idempotency::Remembered;
 pub use job::{Beat, Job, JobKind, Lease, State, problem};
 pub use page::Page;
 pub use queue::{LEASE, MAX_TRIES};
-pub use shapes::{Kind, Shape};
+pub use shapes::{Kind, Shape, Source, SourceFile};
 pub use spectra::{SpectrumKey, SpectrumTask};
 
 /// Where everything is kept.
@@ -129,6 +130,9 @@ pub(crate) mod testing {
         Store::open(&Config { data_dir: directory.path().join("data") }).await.unwrap()
     }
 }
+
+#[cfg(test)]
+mod earlier_versions;
 
 #[cfg(test)]
 mod tests {

@@ -83,3 +83,28 @@ fn bounds(vertices: &serde_json::Value) -> ([f64; 2], [f64; 2]) {
     };
     (extreme(f64::min, f64::INFINITY), extreme(f64::max, f64::NEG_INFINITY))
 }
+
+/// The same square, once with a face that is stated twice.
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+const SQUARE_TWICE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2 3 4\n";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_answer_tells_of_its_own_upload() {
+    let server = Server::idle(Config::default()).await;
+    let upload = async |name: &str, obj: &'static str, status| {
+        let request = server.post(&format!("/v1/meshes?format=obj{name}")).body(obj);
+        json_of(request.send().await.unwrap(), status).await
+    };
+    let clean = upload("&name=clean", SQUARE, 201).await;
+    let mended = upload("&name=mended", SQUARE_TWICE, 201).await;
+    assert_eq!((&clean["name"], &mended["name"]), (&json!("clean"), &json!("mended")));
+    assert_eq!(clean["warnings"], json!([]));
+    assert_eq!(mended["warnings"].as_array().unwrap().len(), 1, "{mended}");
+    assert_ne!(clean["id"], mended["id"]);
+    let renamed = upload("&name=renamed", SQUARE, 200).await;
+    assert_eq!((&renamed["name"], &renamed["id"]), (&json!("renamed"), &clean["id"]));
+    assert_eq!(upload("", SQUARE, 200).await, renamed);
+    assert_eq!(server.read(&format!("/v1/meshes/{}", id(&mended))).await, mended);
+    let geometry = async |mesh| server.read(&format!("/v1/meshes/{}/mesh", id(mesh))).await;
+    assert_eq!(geometry(&clean).await, geometry(&mended).await);
+}

@@ -90,6 +90,17 @@ impl Format {
         }
     }
 
+    /// The content type of a file of this format.
+    pub const fn media_type(self) -> &'static str {
+        match self {
+            Format::Obj => "model/obj",
+            Format::Off => "model/off",
+            Format::Ply => "model/ply",
+            Format::Stl => "model/stl",
+            Format::Glb => "model/gltf-binary",
+        }
+    }
+
     /// The format the bytes look like.
     pub fn sniff(bytes: &[u8]) -> Option<Format> {
         if glb::looks_like(bytes) {

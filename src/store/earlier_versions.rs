@@ -1,0 +1,82 @@
+//! Data directories as versions before this one left them, opened by this one.
+
+use std::fs;
+use std::path::Path;
+
+use bytes::Bytes;
+use serde_json::json;
+use sqlx::AnyPool;
+use tempfile::TempDir;
+
+use super::testing::open;
+use super::{JobKind, Kind, Source, State, database, geometry};
+use crate::mesh::TriangleMesh;
+use crate::sketch::{Sketch, YAxis};
+
+/// The last migration of the version that named shapes by their geometry and kept no files.
+const BY_GEOMETRY: i64 = 2;
+
+fn triangle() -> TriangleMesh {
+    TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap()
+}
+
+fn write(data: &Path, blob: &str, bytes: &[u8]) {
+    let path = data.join("blobs").join(blob);
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, bytes).unwrap();
+}
+
+async fn insert_shape(pool: &AnyPool, id: &str, kind: &str, name: Option<&str>, body: &str) {
+    let sql = "INSERT INTO shapes (id, kind, name, body, created_ms) VALUES ($1, $2, $3, $4, 1700000000000)";
+    sqlx::query(sql).bind(id).bind(kind).bind(name).bind(body).execute(pool).await.unwrap();
+}
+
+async fn insert_job(pool: &AnyPool, id: &str, payload: &str, state: &str, result: Option<&str>) {
+    let sql = "INSERT INTO jobs (id, kind, payload, priority, state, attempt, tries, result, created_ms) \
+               VALUES ($1, 'match', $2, 1, $3, 1, 1, $4, 1700000000000)";
+    sqlx::query(sql).bind(id).bind(payload).bind(state).bind(result).execute(pool).await.unwrap();
+}
+
+/// A directory with a mesh, a sketch, a match that is done and one that waits; the ids of the two shapes.
+async fn directory_by_geometry() -> (TempDir, String, String) {
+    let directory = tempfile::tempdir().unwrap();
+    let data = directory.path().join("data");
+    fs::create_dir(&data).unwrap();
+    let (mesh, sketch) = (geometry::of_mesh(&triangle()), geometry::of_sketch(&drawing()));
+    let (mesh, sketch) = (mesh.unwrap(), sketch.unwrap());
+    write(&data, &format!("shapes/{}.safetensors", mesh.name), &mesh.bytes);
+    write(&data, &format!("shapes/{}.safetensors", sketch.name), &sketch.bytes);
+    write(&data, "results/done/1", br#"{"c": 1}"#);
+    let pool = database::testing::of_version(&data.join("sketchmatch.db"), BY_GEOMETRY).await;
+    insert_shape(&pool, &mesh.name, "mesh", Some("old"), r#"{"vertices": 3}"#).await;
+    insert_shape(&pool, &sketch.name, "sketch", None, r#"{"vertices": 3}"#).await;
+    let payload = json!({"mesh": mesh.name, "sketch": sketch.name}).to_string();
+    insert_job(&pool, "done", &payload, "succeeded", Some("results/done/1")).await;
+    insert_job(&pool, "waits", &payload, "queued", None).await;
+    pool.close().await;
+    (directory, mesh.name, sketch.name)
+}
+
+fn drawing() -> Sketch {
+    Sketch::new(triangle(), YAxis::Down).unwrap()
+}
+
+#[tokio::test]
+async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
+    let (directory, mesh, sketch) = directory_by_geometry().await;
+    let store = open(&directory).await;
+    let shape = store.shape(Kind::Mesh, &mesh).await.unwrap().unwrap();
+    assert_eq!((shape.name.as_deref(), &shape.body), (Some("old"), &json!({"vertices": 3})));
+    assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle()));
+    assert_eq!(store.sketch(&sketch).await.unwrap(), Some(drawing()));
+    assert_eq!(store.file(Kind::Mesh, &mesh).await.unwrap(), None);
+    assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
+    let waiting = store.claim().await.unwrap().unwrap();
+    assert_eq!((waiting.job.id.as_str(), waiting.job.kind, waiting.job.state), ("waits", JobKind::Match, State::Running));
+    // The same geometry comes again: another shape, with its file, beside the old one.
+    let source = Source { bytes: Bytes::from("v"), media_type: "model/obj".to_owned(), parameters: String::new() };
+    let (again, new) = store.insert_mesh(triangle(), source, None, json!({})).await.unwrap();
+    assert!(new && again.id != mesh, "{again:?}");
+    assert_eq!(store.shape(Kind::Mesh, &mesh).await.unwrap(), Some(shape));
+    assert!(store.file(Kind::Mesh, &again.id).await.unwrap().is_some());
+}

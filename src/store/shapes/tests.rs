@@ -1,0 +1,131 @@
+use serde_json::json;
+
+use super::*;
+use crate::sketch::YAxis;
+use crate::store::testing::{fresh, open};
+
+/// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
+fn square(x: f64) -> TriangleMesh {
+    let positions = [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0], [9.0, 9.0, 0.1]];
+    TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap()
+}
+
+fn drawing(y_axis: YAxis) -> Sketch {
+    let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]];
+    Sketch::new(TriangleMesh::new(positions, vec![[0, 1, 2]]).unwrap(), y_axis).unwrap()
+}
+
+fn source(bytes: &'static str) -> Source {
+    Source { bytes: Bytes::from(bytes), media_type: "model/obj".to_owned(), parameters: String::new() }
+}
+
+async fn blobs(store: &Store, folder: &str) -> usize {
+    store.blobs.names(folder).await.unwrap().len()
+}
+
+#[tokio::test]
+async fn an_upload_is_kept_whole_and_once() {
+    let (directory, store) = fresh().await;
+    let (shape, new) = store.insert_mesh(square(0.1), source("a"), Some("one"), json!({"a": 1})).await.unwrap();
+    assert!(new && shape.id.starts_with("mesh_") && shape.id.len() == 37, "{shape:?}");
+    let (again, new) = store.insert_mesh(square(0.1), source("a"), None, json!({"a": 1})).await.unwrap();
+    assert_eq!((&again, new), (&shape, false));
+    drop(store);
+    let store = open(&directory).await;
+    assert_eq!(store.shape(Kind::Mesh, &shape.id).await.unwrap().as_ref(), Some(&shape));
+    assert_eq!(store.mesh(&shape.id).await.unwrap(), Some(square(0.1)));
+    let file = SourceFile { bytes: Bytes::from("a"), media_type: "model/obj".to_owned() };
+    assert_eq!(store.file(Kind::Mesh, &shape.id).await.unwrap(), Some(file));
+    assert_eq!(store.sketch(&shape.id).await.unwrap(), None);
+    assert_eq!(store.shape(Kind::Sketch, &shape.id).await.unwrap(), None);
+    assert_eq!(store.file(Kind::Sketch, &shape.id).await.unwrap(), None);
+}
+
+#[tokio::test]
+async fn every_upload_is_told_of_for_itself_and_shares_its_geometry() {
+    let (_directory, store) = fresh().await;
+    let of_type = |media_type: &str| Source { media_type: media_type.to_owned(), ..source("a") };
+    let asked = |parameters: &str| Source { parameters: parameters.to_owned(), ..source("a") };
+    let sources = [source("a"), source("b"), of_type("model/off"), asked("target_vertices=60")];
+    let mut ids = std::collections::BTreeSet::new();
+    for (number, source) in sources.into_iter().enumerate() {
+        let (name, body) = (number.to_string(), json!({"number": number}));
+        let (shape, new) = store.insert_mesh(square(0.1), source, Some(&name), body.clone()).await.unwrap();
+        assert!(new);
+        assert_eq!((shape.name.as_deref(), &shape.body), (Some(name.as_str()), &body));
+        assert_eq!(store.mesh(&shape.id).await.unwrap(), Some(square(0.1)));
+        ids.insert(shape.id);
+    }
+    assert_eq!((ids.len(), blobs(&store, "shapes").await, blobs(&store, "files").await), (4, 1, 2));
+    // What another version of the program reads of the same file is another shape.
+    let (other, new) = store.insert_mesh(square(0.2), source("a"), None, json!({})).await.unwrap();
+    assert!(new && !ids.contains(&other.id));
+}
+
+#[tokio::test]
+async fn an_upload_that_is_known_takes_the_name_that_comes_with_it() {
+    let (_directory, store) = fresh().await;
+    let named = async |name| store.insert_mesh(square(0.1), source("a"), name, json!({})).await.unwrap().0.name;
+    assert_eq!(named(Some("one")).await.as_deref(), Some("one"));
+    assert_eq!(named(Some("two")).await.as_deref(), Some("two"));
+    assert_eq!(named(None).await.as_deref(), Some("two"));
+}
+
+#[tokio::test]
+async fn a_geometry_that_is_not_the_one_of_its_name_is_damaged() {
+    let (_directory, store) = fresh().await;
+    let (mesh, _) = store.insert_mesh(square(0.1), source("a"), None, json!({})).await.unwrap();
+    let (sketch, _) = store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap();
+    let others =
+        [(&mesh, geometry::of_mesh(&square(0.2))), (&sketch, geometry::of_sketch(&drawing(YAxis::Down)))];
+    for (shape, other) in others {
+        let blob = geometry::blob(&shape.geometry);
+        store.blobs.delete(&blob).await.unwrap();
+        store.blobs.put(&blob, other.unwrap().bytes).await.unwrap();
+    }
+    assert!(matches!(store.mesh(&mesh.id).await, Err(StoreError::Damaged { .. })));
+    assert!(matches!(store.sketch(&sketch.id).await, Err(StoreError::Damaged { .. })));
+}
+
+#[tokio::test]
+async fn a_sketch_keeps_its_axis() {
+    let (_directory, store) = fresh().await;
+    for y_axis in [YAxis::Up, YAxis::Down] {
+        let (shape, new) = store.insert_sketch(drawing(y_axis), source("a"), None, json!({})).await.unwrap();
+        assert!(new && shape.id.starts_with("sketch_"), "{shape:?}");
+        assert_eq!(store.sketch(&shape.id).await.unwrap(), Some(drawing(y_axis)));
+        assert_eq!(store.mesh(&shape.id).await.unwrap(), None);
+    }
+}
+
+#[tokio::test]
+async fn pages_go_from_the_newest_to_the_oldest() {
+    let (_directory, store) = fresh().await;
+    for x in 0..5 {
+        store.insert_mesh(square(f64::from(x)), source("a"), None, json!({})).await.unwrap();
+    }
+    store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap();
+    let whole = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
+    assert_eq!(whole.len(), 5);
+    assert!(whole.is_sorted_by_key(|shape| std::cmp::Reverse((shape.created_ms, shape.id.clone()))));
+    let mut paged = Vec::new();
+    let mut after = None;
+    loop {
+        let page = store.shapes(Kind::Mesh, &Page { after, limit: 2 }).await.unwrap();
+        after = page.last().map(Shape::cursor);
+        paged.extend(page);
+        if after.is_none() {
+            break;
+        }
+    }
+    assert_eq!(paged, whole);
+}
+
+#[tokio::test]
+async fn a_cursor_of_somebody_else_is_refused() {
+    let (_directory, store) = fresh().await;
+    for after in ["", "nonsense", "x.mesh_0"] {
+        let page = Page { after: Some(after.to_owned()), limit: 1 };
+        assert!(matches!(store.shapes(Kind::Mesh, &page).await, Err(StoreError::Cursor)), "{after}");
+    }
+}
