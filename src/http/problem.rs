@@ -162,7 +162,10 @@ impl Problem {
 
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Problem {
-        Problem::internal(error)
+        match error.remedy() {
+            Some(remedy) => Problem { detail: remedy, ..Problem::internal(error) },
+            None => Problem::internal(error),
+        }
     }
 }
 

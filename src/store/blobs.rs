@@ -6,9 +6,11 @@ use bytes::Bytes;
 use futures::TryStreamExt;
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as Name;
-use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode};
+use object_store::{Error, ObjectStore, ObjectStoreExt, PutPayload};
 
-/// Immutable byte strings under names, each written whole or not at all.
+use super::{StoreError, blocking, sealed};
+
+/// Byte strings under names that tell their content, each written whole or not at all, with a checksum behind it.
 #[derive(Clone)]
 pub(super) struct Blobs(Arc<dyn ObjectStore>);
 
@@ -17,37 +19,72 @@ impl Blobs {
     /// one has left unfinished is removed.
     pub fn local(directory: &Path) -> Result<Blobs, Error> {
         remove_unfinished(directory).map_err(|error| Error::Generic { store: "blobs", source: error.into() })?;
-        Ok(Blobs(Arc::new(LocalFileSystem::new_with_prefix(directory)?.with_fsync(true))))
+        let files = LocalFileSystem::new_with_prefix(directory)?.with_fsync(true).with_automatic_cleanup(true);
+        Ok(Blobs(Arc::new(files)))
     }
 
-    /// Writes a blob unless its name is taken: names tell the content, so what is there is the same.
-    pub async fn put(&self, name: &str, bytes: impl Into<Bytes>) -> Result<(), Error> {
-        let payload = bytes.into().into();
-        match self.0.put_opts(&Name::from(name), payload, PutMode::Create.into()).await {
-            Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
-            Err(error) => Err(error),
+    /// Writes a blob. What is there under its name is written over: it is the same, or damaged.
+    pub async fn put(&self, name: &str, bytes: impl Into<Bytes>) -> Result<(), StoreError> {
+        let bytes = bytes.into();
+        let sealed = blocking(move || Ok(PutPayload::from_iter([bytes.clone(), sealed::seal(&bytes)]))).await?;
+        self.0.put(&Name::from(name), sealed).await?;
+        Ok(())
+    }
+
+    /// The blob of this name, if there is one.
+    ///
+    /// # Errors
+    /// [`StoreError::Damaged`] where its checksum is not that of its bytes; what the disk said.
+    pub async fn read(&self, name: &str) -> Result<Option<Bytes>, StoreError> {
+        let Some(sealed) = self.unopened(name).await? else { return Ok(None) };
+        let what = name.to_owned();
+        let opened = move || sealed::opened(sealed).ok_or_else(|| StoreError::damaged(what, "its checksum is wrong"));
+        blocking(opened).await.map(Some)
+    }
+
+    /// The blob of this name if it is there and whole: what is damaged can be made anew.
+    pub async fn read_cached(&self, name: &str) -> Result<Option<Bytes>, StoreError> {
+        match self.read(name).await {
+            Err(error @ StoreError::Damaged { .. }) => {
+                tracing::warn!(%error, "it is made anew");
+                Ok(None)
+            }
+            read => read,
         }
     }
 
-    pub async fn read(&self, name: &str) -> Result<Option<Bytes>, Error> {
+    /// Puts a checksum behind a blob of a version that wrote none, if `sound` finds nothing wrong with it; one that has
+    /// its checksum stays as it is.
+    pub async fn seal(&self, name: &str, sound: fn(&[u8]) -> bool) -> Result<(), StoreError> {
+        let Some(bytes) = self.unopened(name).await? else { return Ok(()) };
+        let judged = move || Ok((sealed::opened(bytes.clone()).is_none() && sound(&bytes)).then_some(bytes));
+        match blocking(judged).await? {
+            Some(bytes) => self.put(name, bytes).await,
+            None => Ok(()),
+        }
+    }
+
+    /// The bytes of the file of this name, its checksum among them.
+    async fn unopened(&self, name: &str) -> Result<Option<Bytes>, StoreError> {
         match self.0.get(&Name::from(name)).await {
-            Ok(found) => found.bytes().await.map(Some),
+            Ok(found) => Ok(Some(found.bytes().await?)),
             Err(Error::NotFound { .. }) => Ok(None),
-            Err(error) => Err(error),
+            Err(error) => Err(error.into()),
         }
     }
 
     /// Deletes a blob; one that is gone already is no error.
-    pub async fn delete(&self, name: &str) -> Result<(), Error> {
+    pub async fn delete(&self, name: &str) -> Result<(), StoreError> {
         match self.0.delete(&Name::from(name)).await {
             Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
-            Err(error) => Err(error),
+            Err(error) => Err(error.into()),
         }
     }
 
     /// The names of all blobs in a folder, in no order.
-    pub async fn names(&self, folder: &str) -> Result<Vec<String>, Error> {
-        self.0.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string()).try_collect().await
+    pub async fn names(&self, folder: &str) -> Result<Vec<String>, StoreError> {
+        let found = self.0.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string());
+        Ok(found.try_collect().await?)
     }
 }
 

@@ -14,14 +14,8 @@ const CONNECTIONS: u32 = 8;
 const PRAGMAS: &str = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA busy_timeout = 30000; \
                        PRAGMA foreign_keys = ON";
 
-/// A pool on the SQLite file at `path` with the present tables. The caller holds the lock that migrations need.
-pub(super) async fn open(path: &Path) -> Result<AnyPool, StoreError> {
-    let pool = connected(path).await?;
-    migrator().run(&pool).await?;
-    Ok(pool)
-}
-
-async fn connected(path: &Path) -> Result<AnyPool, StoreError> {
+/// A pool on the SQLite file at `path`.
+pub(super) async fn connected(path: &Path) -> Result<AnyPool, StoreError> {
     install_default_drivers();
     let url = SqliteConnectOptions::new().filename(path).create_if_missing(true).to_url_lossy();
     let pool = AnyPoolOptions::new()
@@ -30,6 +24,20 @@ async fn connected(path: &Path) -> Result<AnyPool, StoreError> {
         .connect_with(AnyConnectOptions::from_url(&url)?)
         .await?;
     Ok(pool)
+}
+
+/// The last migration the tables have seen; 0 where there are none.
+pub(super) async fn version(pool: &AnyPool) -> Result<i64, StoreError> {
+    let tables = "SELECT count(*) FROM sqlite_master WHERE name = '_sqlx_migrations'";
+    if sqlx::query_scalar::<_, i64>(tables).fetch_one(pool).await? == 0 {
+        return Ok(0);
+    }
+    Ok(sqlx::query_scalar("SELECT COALESCE(max(version), 0) FROM _sqlx_migrations").fetch_one(pool).await?)
+}
+
+/// Brings the tables up to the present. The caller holds the lock that this needs.
+pub(super) async fn migrate(pool: &AnyPool) -> Result<(), StoreError> {
+    Ok(migrator().run(pool).await?)
 }
 
 /// Every migration in its order; a new one is a new file and a new line, an old one is never edited.

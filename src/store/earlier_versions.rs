@@ -8,8 +8,9 @@ use serde_json::json;
 use sqlx::AnyPool;
 use tempfile::TempDir;
 
+use super::blobs::Blobs;
 use super::testing::open;
-use super::{JobKind, Kind, Source, State, database, geometry};
+use super::{JobKind, Kind, Source, State, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
 
@@ -37,7 +38,8 @@ async fn insert_job(pool: &AnyPool, id: &str, payload: &str, state: &str, result
     sqlx::query(sql).bind(id).bind(payload).bind(state).bind(result).execute(pool).await.unwrap();
 }
 
-/// A directory with a mesh, a sketch, a match that is done and one that waits; the ids of the two shapes.
+/// A directory with a mesh, a sketch, a match that is done, one whose result is cut short and one that waits, and caches;
+/// the ids of the two shapes.
 async fn directory_by_geometry() -> (TempDir, String, String) {
     let directory = tempfile::tempdir().unwrap();
     let data = directory.path().join("data");
@@ -47,11 +49,15 @@ async fn directory_by_geometry() -> (TempDir, String, String) {
     write(&data, &format!("shapes/{}.safetensors", mesh.name), &mesh.bytes);
     write(&data, &format!("shapes/{}.safetensors", sketch.name), &sketch.bytes);
     write(&data, "results/done/1", br#"{"c": 1}"#);
+    write(&data, "results/cut/1", br#"{"c":"#);
+    write(&data, "spectra/hash/cotangent-mixed-neumann-1/20.safetensors", b"numbers");
+    write(&data, "preparations/hash/1", b"views");
     let pool = database::testing::of_version(&data.join("sketchmatch.db"), BY_GEOMETRY).await;
     insert_shape(&pool, &mesh.name, "mesh", Some("old"), r#"{"vertices": 3}"#).await;
     insert_shape(&pool, &sketch.name, "sketch", None, r#"{"vertices": 3}"#).await;
     let payload = json!({"mesh": mesh.name, "sketch": sketch.name}).to_string();
     insert_job(&pool, "done", &payload, "succeeded", Some("results/done/1")).await;
+    insert_job(&pool, "cut", &payload, "succeeded", Some("results/cut/1")).await;
     insert_job(&pool, "waits", &payload, "queued", None).await;
     pool.close().await;
     (directory, mesh.name, sketch.name)
@@ -59,6 +65,16 @@ async fn directory_by_geometry() -> (TempDir, String, String) {
 
 fn drawing() -> Sketch {
     Sketch::new(triangle(), YAxis::Down).unwrap()
+}
+
+#[tokio::test]
+async fn an_upgrade_that_was_cut_off_goes_on() {
+    let (directory, mesh, _) = directory_by_geometry().await;
+    let blobs = Blobs::local(&directory.path().join("data/blobs")).unwrap();
+    blobs.seal("results/done/1", |_| true).await.unwrap();
+    let store = open(&directory).await;
+    assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
+    assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle()));
 }
 
 #[tokio::test]
@@ -71,6 +87,10 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     assert_eq!(store.sketch(&sketch).await.unwrap(), Some(drawing()));
     assert_eq!(store.file(Kind::Mesh, &mesh).await.unwrap(), None);
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
+    assert!(matches!(store.result("cut").await, Err(StoreError::LostResult { .. })));
+    for cache in ["spectra", "preparations"] {
+        assert_eq!(store.blobs.names(cache).await.unwrap(), Vec::<String>::new());
+    }
     let waiting = store.claim().await.unwrap().unwrap();
     assert_eq!((waiting.job.id.as_str(), waiting.job.kind, waiting.job.state), ("waits", JobKind::Match, State::Running));
     // The same geometry comes again: another shape, with its file, beside the old one.

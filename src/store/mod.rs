@@ -12,9 +12,11 @@ mod job;
 mod page;
 mod preparations;
 mod queue;
+mod sealed;
 mod shapes;
 mod spectra;
 mod tensors;
+mod upgrade;
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -60,9 +62,12 @@ impl Store {
         fs::create_dir_all(&blob_dir).map_err(|source| directory(&blob_dir, source))?;
         let data_dir = config.data_dir.canonicalize().map_err(|source| directory(&config.data_dir, source))?;
         let lock = lock(&data_dir)?;
+        let blobs = Blobs::local(&blob_dir)?;
+        let pool = database::connected(&data_dir.join("sketchmatch.db")).await?;
+        upgrade::run(&pool, &blobs).await?;
         let store = Store {
-            pool: database::open(&data_dir.join("sketchmatch.db")).await?,
-            blobs: Blobs::local(&blob_dir)?,
+            pool,
+            blobs,
             changes: watch::Sender::new(0),
             _lock: Arc::new(lock),
         };
@@ -128,6 +133,15 @@ pub(crate) mod testing {
 
     pub(crate) async fn open(directory: &TempDir) -> Store {
         Store::open(&Config { data_dir: directory.path().join("data") }).await.unwrap()
+    }
+
+    /// A file as failing disks leave it: emptied, cut short, with a page of zeros, with a bit turned over.
+    pub(crate) fn damaged(whole: &[u8]) -> [Vec<u8>; 4] {
+        let (mut zeroed, mut turned) = (whole.to_vec(), whole.to_vec());
+        let middle = whole.len() / 2;
+        zeroed[middle..].iter_mut().take(4096).for_each(|byte| *byte = 0);
+        turned[middle] ^= 1;
+        [Vec::new(), whole[..middle].to_vec(), zeroed, turned]
     }
 }
 

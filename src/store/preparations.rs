@@ -2,22 +2,16 @@ use super::{Store, StoreError, blocking};
 use crate::alignment::prepared::{PREPARATION_VERSION, PreparedMesh};
 
 impl Store {
-    /// The mesh of that content made ready for the alignment, where it is cached. A damaged blob is deleted, so that it
-    /// can be written anew.
+    /// The mesh of that content made ready for the alignment, where it is cached; nothing where it is damaged, so that
+    /// it is made and written anew.
     ///
     /// # Errors
     /// What the disk said.
     pub async fn preparation(&self, mesh: &blake3::Hash) -> Result<Option<PreparedMesh>, StoreError> {
         let name = blob(mesh);
-        let Some(bytes) = self.blobs.read(&name).await? else { return Ok(None) };
-        match blocking(move || Ok(postcard::from_bytes::<PreparedMesh>(&bytes))).await? {
-            Ok(prepared) => Ok(Some(prepared)),
-            Err(error) => {
-                tracing::warn!(%error, name, "a damaged preparation is deleted");
-                self.blobs.delete(&name).await?;
-                Ok(None)
-            }
-        }
+        let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
+        let decoded = blocking(move || Ok(postcard::from_bytes::<PreparedMesh>(&bytes))).await?;
+        Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a preparation cannot be read")).ok())
     }
 
     /// Caches what was made of the mesh of that content.
@@ -26,7 +20,7 @@ impl Store {
     /// What the disk said.
     pub async fn put_preparation(&self, mesh: &blake3::Hash, prepared: &PreparedMesh) -> Result<(), StoreError> {
         let bytes = postcard::to_stdvec(prepared).map_err(|error| StoreError::damaged("the preparation", error))?;
-        Ok(self.blobs.put(&blob(mesh), bytes).await?)
+        self.blobs.put(&blob(mesh), bytes).await
     }
 }
 
@@ -36,10 +30,12 @@ fn blob(mesh: &blake3::Hash) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::mesh::TriangleMesh;
     use crate::numerics::Unwatched;
-    use crate::store::testing::{fresh, open};
+    use crate::store::testing::{damaged, fresh, open};
 
     fn tetrahedron() -> TriangleMesh {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -47,7 +43,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_preparation_survives_bit_for_bit_and_a_damaged_one_is_forgotten() {
+    async fn a_preparation_survives_bit_for_bit_and_a_damaged_one_is_written_anew() {
         let (directory, store) = fresh().await;
         let mesh = tetrahedron();
         let (hash, prepared) = (mesh.content_hash(), PreparedMesh::new(&mesh, &Unwatched).unwrap());
@@ -55,10 +51,16 @@ mod tests {
         store.put_preparation(&hash, &prepared).await.unwrap();
         drop(store);
         let store = open(&directory).await;
-        assert_eq!(store.preparation(&hash).await.unwrap(), Some(prepared));
-        store.blobs.delete(&blob(&hash)).await.unwrap();
+        assert_eq!(store.preparation(&hash).await.unwrap().as_ref(), Some(&prepared));
+        let file = directory.path().join("data/blobs").join(blob(&hash));
+        let whole = fs::read(&file).unwrap();
+        for damaged in damaged(&whole) {
+            fs::write(&file, damaged).unwrap();
+            assert_eq!(store.preparation(&hash).await.unwrap(), None);
+            store.put_preparation(&hash, &prepared).await.unwrap();
+            assert_eq!(fs::read(&file).unwrap(), whole);
+        }
         store.blobs.put(&blob(&hash), b"no".to_vec()).await.unwrap();
         assert_eq!(store.preparation(&hash).await.unwrap(), None);
-        assert_eq!(store.blobs.read(&blob(&hash)).await.unwrap(), None);
     }
 }

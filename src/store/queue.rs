@@ -218,13 +218,16 @@ impl Store {
     /// The result of a job that succeeded.
     ///
     /// # Errors
-    /// What the database or the disk said.
+    /// [`StoreError::LostResult`]; what the database or the disk said.
     pub async fn result(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
         let sql = "SELECT result FROM jobs WHERE id = $1 AND result IS NOT NULL";
         let name: Option<String> = sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?;
-        match name {
-            Some(name) => Ok(self.blobs.read(&name).await?),
-            None => Ok(None),
+        let Some(name) = name else { return Ok(None) };
+        let lost = |reason: String| StoreError::LostResult { job: id.to_owned(), reason };
+        match self.blobs.read(&name).await {
+            Ok(None) => Err(lost(format!("{name} is missing"))),
+            Err(StoreError::Damaged { what, reason }) => Err(lost(format!("{what}: {reason}"))),
+            read => read,
         }
     }
 

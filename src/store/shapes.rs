@@ -87,6 +87,16 @@ impl Shape {
     pub fn cursor(&self) -> String {
         page::cursor(self.created_ms, &self.id)
     }
+
+    /// The error where a blob of this shape is damaged: it names the upload that mends it.
+    fn damaged_by(&self, error: StoreError) -> StoreError {
+        let StoreError::Damaged { what, reason } = error else { return error };
+        let name = self.name.as_ref().map(|name| format!(" ({name})")).unwrap_or_default();
+        StoreError::DamagedShape {
+            shape: format!("{} {}{name}", self.kind.as_str(), self.id),
+            reason: format!("{what}: {reason}"),
+        }
+    }
 }
 
 impl<'r> FromRow<'r, AnyRow> for Shape {
@@ -189,17 +199,18 @@ impl Store {
     /// The file a shape was read of; nothing where there is no such shape or its file was not kept.
     ///
     /// # Errors
-    /// What the database or the disk said.
+    /// [`StoreError::DamagedShape`]; what the database or the disk said.
     pub async fn file(&self, kind: Kind, id: &str) -> Result<Option<SourceFile>, StoreError> {
-        let Some((name, media_type)) = self.shape(kind, id).await?.and_then(|shape| shape.file) else { return Ok(None) };
-        let Some(bytes) = self.blobs.read(&name).await? else { return Err(StoreError::damaged(name, "it is missing")) };
-        Ok(Some(SourceFile { bytes, media_type }))
+        let Some(shape) = self.shape(kind, id).await? else { return Ok(None) };
+        let Some((name, media_type)) = &shape.file else { return Ok(None) };
+        let bytes = self.blobs.read(name).await.and_then(there).map_err(|error| shape.damaged_by(error))?;
+        Ok(Some(SourceFile { bytes, media_type: media_type.clone() }))
     }
 
     /// The geometry of a mesh, if there is one with this id.
     ///
     /// # Errors
-    /// What the database or the disk said.
+    /// [`StoreError::DamagedShape`]; what the database or the disk said.
     pub async fn mesh(&self, id: &str) -> Result<Option<TriangleMesh>, StoreError> {
         self.geometry(Kind::Mesh, id, geometry::mesh).await
     }
@@ -207,7 +218,7 @@ impl Store {
     /// The geometry of a sketch, if there is one with this id.
     ///
     /// # Errors
-    /// What the database or the disk said.
+    /// [`StoreError::DamagedShape`]; what the database or the disk said.
     pub async fn sketch(&self, id: &str) -> Result<Option<Sketch>, StoreError> {
         self.geometry(Kind::Sketch, id, geometry::sketch).await
     }
@@ -218,13 +229,19 @@ impl Store {
         id: &str,
         decode: fn(&str, &[u8]) -> Result<T, String>,
     ) -> Result<Option<T>, StoreError> {
-        let Some(Shape { geometry, .. }) = self.shape(kind, id).await? else { return Ok(None) };
-        let name = geometry::blob(&geometry);
-        let Some(bytes) = self.blobs.read(&name).await? else {
-            return Err(StoreError::damaged(name, "it is missing"));
+        let Some(shape) = self.shape(kind, id).await? else { return Ok(None) };
+        let (geometry, name) = (shape.geometry.clone(), geometry::blob(&shape.geometry));
+        let decoded = async {
+            let bytes = self.blobs.read(&name).await.and_then(there)?;
+            blocking(move || decode(&geometry, &bytes).map_err(|reason| StoreError::damaged(name, reason))).await
         };
-        blocking(move || decode(&geometry, &bytes).map(Some).map_err(|reason| StoreError::damaged(name, reason))).await
+        decoded.await.map(Some).map_err(|error| shape.damaged_by(error))
     }
+}
+
+/// A blob that has to be there.
+fn there(blob: Option<Bytes>) -> Result<Bytes, StoreError> {
+    blob.ok_or_else(|| StoreError::damaged("a blob", "it is missing"))
 }
 
 #[cfg(test)]

@@ -54,7 +54,9 @@ impl Failure {
 
 impl From<StoreError> for Failure {
     fn from(error: StoreError) -> Failure {
-        Failure::internal(error, true)
+        let Some(remedy) = error.remedy() else { return Failure::internal(error, true) };
+        tracing::error!(%error, "a job failed");
+        Failure::Problem { problem: problem(500, "Internal Server Error", remedy), retry: false }
     }
 }
 

@@ -3,6 +3,7 @@
 mod bad_inputs;
 mod command_line;
 mod crash;
+mod damage;
 mod determinism;
 mod drawings;
 mod headers;

@@ -1,5 +1,7 @@
 //! A server on a free port over a data directory of its own.
 
+use std::path::Path;
+
 use metrics_exporter_prometheus::PrometheusBuilder;
 use reqwest::{Client, RequestBuilder, Response};
 use serde_json::{Value, json};
@@ -17,7 +19,7 @@ pub struct Server {
     client: Client,
     address: String,
     _stop: DropGuard,
-    _data: TempDir,
+    data: TempDir,
 }
 
 impl Server {
@@ -44,7 +46,12 @@ impl Server {
         let measures = PrometheusBuilder::new().build_recorder().handle();
         let app = App::new(store, config, measures, shutdown.clone());
         tokio::spawn(http::serve(listener, app));
-        Server { client: Client::new(), address, _stop: shutdown.drop_guard(), _data: data }
+        Server { client: Client::new(), address, _stop: shutdown.drop_guard(), data }
+    }
+
+    /// Where it keeps everything.
+    pub fn data(&self) -> &Path {
+        self.data.path()
     }
 
     pub fn request(&self, method: &str, path: &str) -> RequestBuilder {

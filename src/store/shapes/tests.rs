@@ -72,19 +72,33 @@ async fn an_upload_that_is_known_takes_the_name_that_comes_with_it() {
 }
 
 #[tokio::test]
-async fn a_geometry_that_is_not_the_one_of_its_name_is_damaged() {
+async fn a_geometry_that_is_not_the_one_of_its_name_is_damaged_until_it_is_uploaded_again() {
     let (_directory, store) = fresh().await;
-    let (mesh, _) = store.insert_mesh(square(0.1), source("a"), None, json!({})).await.unwrap();
-    let (sketch, _) = store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap();
+    let mesh = async || store.insert_mesh(square(0.1), source("a"), Some("square"), json!({})).await.unwrap().0;
+    let sketch = async || store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap().0;
+    let (of_mesh, of_sketch) = (mesh().await, sketch().await);
     let others =
-        [(&mesh, geometry::of_mesh(&square(0.2))), (&sketch, geometry::of_sketch(&drawing(YAxis::Down)))];
+        [(&of_mesh, geometry::of_mesh(&square(0.2))), (&of_sketch, geometry::of_sketch(&drawing(YAxis::Down)))];
     for (shape, other) in others {
-        let blob = geometry::blob(&shape.geometry);
-        store.blobs.delete(&blob).await.unwrap();
-        store.blobs.put(&blob, other.unwrap().bytes).await.unwrap();
+        store.blobs.put(&geometry::blob(&shape.geometry), other.unwrap().bytes).await.unwrap();
     }
-    assert!(matches!(store.mesh(&mesh.id).await, Err(StoreError::Damaged { .. })));
-    assert!(matches!(store.sketch(&sketch.id).await, Err(StoreError::Damaged { .. })));
+    let error = store.mesh(&of_mesh.id).await.unwrap_err();
+    let remedy = format!("mesh {} (square) is damaged on the server's disk: upload the same file again", of_mesh.id);
+    assert!(error.remedy().unwrap().starts_with(&remedy), "{error}");
+    assert!(store.sketch(&of_sketch.id).await.unwrap_err().remedy().is_some());
+    assert_eq!((mesh().await, sketch().await), (of_mesh.clone(), of_sketch.clone()));
+    assert_eq!(store.mesh(&of_mesh.id).await.unwrap(), Some(square(0.1)));
+    assert_eq!(store.sketch(&of_sketch.id).await.unwrap(), Some(drawing(YAxis::Up)));
+}
+
+#[tokio::test]
+async fn a_shape_without_its_blobs_is_damaged() {
+    let (_directory, store) = fresh().await;
+    let (shape, _) = store.insert_mesh(square(0.1), source("a"), None, json!({})).await.unwrap();
+    store.blobs.delete(&geometry::blob(&shape.geometry)).await.unwrap();
+    store.blobs.delete(&source("a").blob()).await.unwrap();
+    assert!(matches!(store.mesh(&shape.id).await, Err(StoreError::DamagedShape { .. })));
+    assert!(matches!(store.file(Kind::Mesh, &shape.id).await, Err(StoreError::DamagedShape { .. })));
 }
 
 #[tokio::test]

@@ -1,0 +1,35 @@
+use serde::de::IgnoredAny;
+use sqlx::AnyPool;
+
+use super::blobs::Blobs;
+use super::{StoreError, database};
+
+/// The first migration of a version that puts a checksum behind every blob.
+const SEALED: i64 = 3;
+
+/// Brings tables and blobs of an earlier version up to the present. Ended in the middle, it goes on at the next start.
+pub(super) async fn run(pool: &AnyPool, blobs: &Blobs) -> Result<(), StoreError> {
+    let version = database::version(pool).await?;
+    if (1..SEALED).contains(&version) {
+        tracing::info!("checksums are put behind the blobs of the version before");
+        seal(blobs).await?;
+    }
+    database::migrate(pool).await
+}
+
+/// Puts checksums behind what cannot be made anew and forgets what can: nothing tells whether that is whole.
+async fn seal(blobs: &Blobs) -> Result<(), StoreError> {
+    for name in blobs.names("shapes").await? {
+        // Whether it is whole is told by its name when it is read.
+        blobs.seal(&name, |_| true).await?;
+    }
+    for name in blobs.names("results").await? {
+        blobs.seal(&name, |bytes| serde_json::from_slice::<IgnoredAny>(bytes).is_ok()).await?;
+    }
+    for folder in ["spectra", "preparations"] {
+        for name in blobs.names(folder).await? {
+            blobs.delete(&name).await?;
+        }
+    }
+    Ok(())
+}
