@@ -3,6 +3,7 @@
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::ensure;
 use bytesize::ByteSize;
@@ -76,6 +77,10 @@ pub struct ServeOptions {
     /// Memory one job may take, as estimated from its shapes before it is queued.
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_MEMORY", default_value_t = size(http::Config::default().max_job_memory))]
     pub max_job_memory: ByteSize,
+    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_job_seconds: u64,
     /// Most jobs that wait.
     #[arg(long, env = "SKETCHMATCH_MAX_QUEUE", default_value_t = http::Config::default().max_queue)]
     pub max_queue: usize,
@@ -147,7 +152,8 @@ impl ServeOptions {
 
     pub fn worker(&self) -> worker::Config {
         let default = worker::Config::default();
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), ..default }
+        let longest_job = Duration::from_secs(self.max_job_seconds);
+        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
     }
 }
 

@@ -102,7 +102,7 @@ impl Write for Tolerant {
 
 /// Counts the lines that are lost, and says so in the log as soon as that is possible again.
 pub async fn report_losses(losses: Losses) {
-    let counter = metrics::counter!("log_lines_lost_total");
+    let counter = metrics::counter!("sketchmatch_log_lines_lost_total");
     let mut reported = 0;
     loop {
         let total = losses.total();

@@ -3,6 +3,8 @@
 use std::error::Error;
 
 use anyhow::Context;
+use rustix::fs::Mode;
+use rustix::process::umask;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
@@ -31,6 +33,8 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
         worker = ?options.worker(),
         "starting"
     );
+    // What is uploaded is nobody's but the server's: files 600, folders 700.
+    umask(Mode::RWXG | Mode::RWXO);
     let measures = telemetry::measures()?;
     tokio::spawn(telemetry::report_losses(log.losses()));
     let store = Store::open(&options.store()).await?;
@@ -39,8 +43,9 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
         .with_context(|| format!("listening on {}", options.listen))?;
     tracing::info!(address = %listener.local_addr()?, "listening");
     let working = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
-    let serving = http::serve(listener, App::new(store, options.http(), measures, shutdown));
+    let serving = http::serve(listener, App::new(store.clone(), options.http(), measures, shutdown));
     tokio::try_join!(async { serving.await.context("serving") }, ended(working))?;
+    store.close().await.context("closing the database")?;
     tracing::info!("stopped");
     Ok(())
 }

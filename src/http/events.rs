@@ -7,14 +7,13 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures::stream::{self, Stream};
-use tokio::sync::watch;
 
 use super::App;
 use super::job_document::MatchDocument;
 use super::matches::found;
 use super::problem::{Fault, Problem};
 use super::query::Id;
-use crate::store::Job;
+use crate::store::{Job, JobChanges};
 
 /// Streams the changes of a match until it is finished.
 ///
@@ -37,7 +36,7 @@ pub async fn stream(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> R
     if job.state.finished() && job.revision <= seen {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let changes = app.store.changes();
+    let changes = app.store.job_changes(&id);
     let events = events(Course { app, id, seen, changes, ended: false });
     Ok(Sse::new(events).keep_alive(KeepAlive::default()).into_response())
 }
@@ -54,7 +53,7 @@ struct Course {
     app: App,
     id: String,
     seen: i64,
-    changes: watch::Receiver<u64>,
+    changes: JobChanges,
     ended: bool,
 }
 

@@ -4,17 +4,22 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::IntoResponse;
+use metrics::describe_gauge;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::App;
 use super::problem::Problem;
+use crate::store::{JobKind, Lack, StoreError};
 
 #[derive(Serialize, ToSchema)]
 pub struct Health {
     /// `ok`
     status: &'static str,
 }
+
+/// Bytes that have to be free on the disk: what a match and its caches take, about, on a mesh of 100,000 vertices.
+const LEAST_FREE: u64 = 64 << 20;
 
 const OK: Json<Health> = Json(Health { status: "ok" });
 
@@ -24,20 +29,46 @@ pub async fn alive() -> Json<Health> {
     OK
 }
 
-/// Tells whether requests are taken: the store answers and nobody has told the server to stop.
+/// Tells whether requests are taken: a row and a file can be written and read, the disk has space, and nobody has told the
+/// server to stop.
 #[utoipa::path(
     get, path = "/readyz", tag = "service",
-    responses((status = 200, description = "it takes requests", body = Health), (status = 503, description = "it does not")),
+    responses(
+        (status = 200, description = "it takes requests", body = Health),
+        (status = 503, description = "it does not"),
+        (status = 507, description = "the disk is full"),
+    ),
 )]
 pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
     if app.shutdown.is_cancelled() {
         return Err(Problem::busy("the server is stopping", 5));
     }
-    app.store.healthy().await.map_err(|error| {
-        tracing::error!(%error, "the store does not answer");
-        Problem::busy("the store does not answer", 5)
-    })?;
+    let _one_at_a_time = app.checks.lock().await;
+    let unusable = |error: StoreError| match error.lack() {
+        Some(lack) => Problem::lacking(lack, error),
+        None => {
+            tracing::error!(%error, "the data directory cannot be used");
+            Problem::busy("the data directory cannot be used", 5)
+        }
+    };
+    let free = app.store.free_bytes().await.map_err(unusable)?;
+    if free < LEAST_FREE {
+        return Err(Problem::lacking(Lack::Space, format_args!("the disk has {free} bytes left")));
+    }
+    app.store.healthy().await.map_err(unusable)?;
     Ok(OK)
+}
+
+const QUEUED: &str = "sketchmatch_jobs_queued";
+const FREE: &str = "sketchmatch_disk_free_bytes";
+const BUILD: &str = "sketchmatch_build_info";
+
+/// Says what is measured here.
+pub(super) fn describe() {
+    describe_gauge!(QUEUED, "Jobs that wait, by kind.");
+    describe_gauge!(FREE, "Bytes that are free on the disk of the data directory.");
+    describe_gauge!(BUILD, "1, with the version of the program.");
+    metrics::gauge!(BUILD, "version" => env!("CARGO_PKG_VERSION")).set(1);
 }
 
 /// Answers the measures of the process in the text format of Prometheus.
@@ -46,7 +77,11 @@ pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
 pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Problem> {
-    metrics::gauge!("jobs_queued").set(app.store.queued().await? as f64);
+    for kind in JobKind::ALL {
+        metrics::gauge!(QUEUED, "kind" => kind.as_str()).set(app.store.queued(kind).await? as f64);
+    }
+    metrics::gauge!(FREE).set(app.store.free_bytes().await? as f64);
+    app.process.collect();
     app.metrics.run_upkeep();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
 }

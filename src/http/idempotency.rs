@@ -57,8 +57,8 @@ impl IntoResponse for Answer {
 }
 
 impl IdempotencyKey {
-    /// The name under which a job of this request is queued once, even by two that arrive at the same moment, and even
-    /// where the process dies before the answer is remembered.
+    /// The name under which a job of this request is queued once, even where the process dies before the answer is
+    /// remembered.
     pub fn dedupe(&self, fingerprint: &str) -> Option<String> {
         self.0.as_ref().map(|key| format!("idempotent:{key}:{fingerprint}"))
     }
@@ -76,14 +76,15 @@ impl IdempotencyKey {
         answer: impl Future<Output = Result<Answer, Problem>>,
     ) -> Result<Answer, Problem> {
         let Some(key) = &self.0 else { return answer.await };
+        // Of those that come at the same moment one is carried out, and the others find its answer.
+        let _turn = store.turn(key).await;
         if let Some(answer) = known(store, key, route, fingerprint).await? {
             return Ok(answer);
         }
         let answer = answer.await?;
         let (status, location) = (answer.status.as_u16(), answer.location.as_deref());
         store.remember(key, route, fingerprint, status, location, &answer.body).await?;
-        // Of two that arrive at the same moment, the first to be remembered is the answer to both.
-        Ok(known(store, key, route, fingerprint).await?.unwrap_or(answer))
+        Ok(answer)
     }
 }
 

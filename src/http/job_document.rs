@@ -15,6 +15,10 @@ pub struct MatchDocument {
     pub id: String,
     pub status: Status,
     pub progress: Progress,
+    /// Which it is of the matches that wait, from 1, where it waits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub place_in_queue: Option<i64>,
     /// RFC 3339.
     #[schema(format = DateTime)]
     pub created_at: String,
@@ -69,6 +73,7 @@ impl From<Job> for MatchDocument {
         MatchDocument {
             status: job.state.into(),
             progress: Progress { stage: job.stage, fraction: job.fraction },
+            place_in_queue: job.place,
             created_at: timestamp(job.created_ms),
             started_at: job.started_ms.map(timestamp),
             finished_at: job.finished_ms.map(timestamp),

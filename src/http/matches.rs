@@ -20,7 +20,7 @@ use super::{App, PREFERENCE_APPLIED, json, memory};
 use crate::mesh::connectivity::largest_component;
 use crate::pipeline::request::MatchRequest;
 use crate::pipeline::{self, Settings, landmarks};
-use crate::store::{Job, JobKind, Kind};
+use crate::store::{Job, JobKind, Kind, MEMORY, NewJob};
 
 const PATH: &str = "/v1/matches";
 
@@ -73,20 +73,23 @@ pub async fn create(
 async fn submitted(app: &App, body: JsonBody, dedupe: Option<String>) -> Result<Answer, Problem> {
     let request = app.off_runtime(move || json::parsed::<MatchRequest>(&body.bytes).map(|request| (request, body)));
     let (request, _body) = request.await??;
-    let payload = payload(app, request).await?;
-    app.room_in_queue().await?;
-    let job = match dedupe {
-        Some(key) => app.store.submit_once(JobKind::Match, &payload, &key).await?,
-        None => app.store.submit(JobKind::Match, &payload, None).await?,
+    let (settings, payload) = payload(app, request).await?;
+    let job = NewJob {
+        mesh: Some(&settings.mesh),
+        sketch: Some(&settings.sketch),
+        dedupe: dedupe.as_deref(),
+        taken_for: MEMORY,
+        ..NewJob::of(JobKind::Match, &payload)
     };
+    let job = app.queued(&job).await?;
     Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &MatchDocument::from(job))
 }
 
-/// The request with every value filled in, in JSON, checked against the shapes it names.
+/// The request with every value filled in, also in JSON, checked against the shapes it names.
 ///
 /// # Errors
 /// 422 with every fault found.
-async fn payload(app: &App, request: MatchRequest) -> Result<String, Problem> {
+async fn payload(app: &App, request: MatchRequest) -> Result<(Settings, String), Problem> {
     let mut faults = Vec::new();
     let sketch = vertices(app, Kind::Sketch, &request.sketch, &mut faults).await?;
     let mesh = vertices(app, Kind::Mesh, &request.mesh, &mut faults).await?;
@@ -96,7 +99,8 @@ async fn payload(app: &App, request: MatchRequest) -> Result<String, Problem> {
     if !faults.is_empty() {
         return Err(unfit(faults));
     }
-    app.off_runtime(move || serde_json::to_string(&settings)).await?.map_err(Problem::internal)
+    let written = app.off_runtime(move || serde_json::to_string(&settings).map(|payload| (settings, payload)));
+    written.await?.map_err(Problem::internal)
 }
 
 /// 422: the shapes cannot be matched as asked.
@@ -160,7 +164,7 @@ fn accepted(answer: Answer) -> Response {
 /// The match once it is finished; nothing where that takes longer than `patience` or the server stops.
 async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
     let deadline = Instant::now() + patience;
-    let mut changes = app.store.changes();
+    let mut changes = app.store.job_changes(id);
     loop {
         let job = app.store.job(id).await?;
         match job {

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
-use super::body::{Upload, unsupported};
+use super::body::{JsonBody, Upload, unsupported};
 use super::idempotency::IdempotencyKey;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
-use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
+use super::shapes::{self, Coordinates, Geometry, Renaming, ShapeDocument};
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::{Summary, summary};
 use crate::mesh::formats::{Format, Limits};
@@ -143,6 +143,31 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
     Ok(Json(shapes::known(&app, Kind::Mesh, &id).await?))
+}
+
+/// Renames a mesh.
+#[utoipa::path(
+    patch, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)), request_body = Renaming,
+    responses((status = 200, description = "the mesh, renamed", body = ShapeDocument<MeshMeasures>)),
+)]
+pub async fn rename(
+    State(app): State<App>,
+    Id(id): Id,
+    body: JsonBody,
+) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
+    Ok(Json(shapes::renamed(&app, Kind::Mesh, &id, body).await?))
+}
+
+/// Deletes a mesh, its file and its triangles. Matches it was part of stay.
+#[utoipa::path(
+    delete, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+    responses(
+        (status = 204, description = "deleted"),
+        (status = 409, description = "a match or spectrum that is not finished needs it"),
+    ),
+)]
+pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
+    shapes::deleted(&app, Kind::Mesh, &id).await
 }
 
 /// Answers the triangles of a mesh.

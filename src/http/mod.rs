@@ -36,21 +36,21 @@ use axum::http::{HeaderName, HeaderValue, header};
 use axum::middleware::{from_fn, map_response};
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::cors::{Any, CorsLayer};
 use utoipa_swagger_ui::SwaggerUi;
 
-use crate::store::Store;
+use crate::store::{Job, JobChanges, JobKind, NewJob, Places, Store, Submitted};
 use problem::Problem;
 
 /// How long open connections may go on after the order to stop.
 const GRACE: Duration = Duration::from_secs(10);
 
-/// How long a change of the queue made elsewhere may go unnoticed.
-const POLL: Duration = Duration::from_secs(1);
+/// How long a change of a job made by another process may go unnoticed.
+const POLL: Duration = Duration::from_secs(15);
 
 /// What the service allows.
 #[derive(Clone, Debug)]
@@ -98,10 +98,18 @@ pub struct App {
     shutdown: CancellationToken,
     parsers: Arc<Semaphore>,
     memory: Arc<Semaphore>,
+    /// Held while the store is checked.
+    checks: Arc<Mutex<()>>,
+    /// What the system knows of this process, as measures.
+    process: metrics_process::Collector,
 }
 
 impl App {
     pub fn new(store: Store, config: Config, metrics: PrometheusHandle, shutdown: CancellationToken) -> App {
+        let process = metrics_process::Collector::new("sketchmatch_");
+        process.describe();
+        health::describe();
+        observation::describe();
         let parsers = std::thread::available_parallelism().map_or(1, usize::from);
         let memory = config.max_uploads_bytes.max(config.max_upload_bytes).div_ceil(body::MEMORY_GRAIN);
         App {
@@ -111,6 +119,8 @@ impl App {
             shutdown,
             parsers: Arc::new(Semaphore::new(parsers)),
             memory: Arc::new(Semaphore::new(memory.min(Semaphore::MAX_PERMITS))),
+            checks: Arc::default(),
+            process,
         }
     }
 
@@ -130,24 +140,30 @@ impl App {
         hold.map_err(|_| Problem::busy("too many uploads are under way", 1))
     }
 
-    /// Whether one more job may wait.
+    /// Puts a job into the queue. Spectra may take half of its places: matches are not to find it full of them.
     ///
     /// # Errors
-    /// 503 where the queue is full.
-    async fn room_in_queue(&self) -> Result<(), Problem> {
-        match usize::try_from(self.store.queued().await?) {
-            Ok(queued) if queued < self.config.max_queue => Ok(()),
-            _ => Err(Problem::busy("the queue is full", 10)),
+    /// 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
+    async fn queued(&self, job: &NewJob<'_>) -> Result<Job, Problem> {
+        let queue = self.config.max_queue;
+        let of_kind = match job.kind {
+            JobKind::Match => queue,
+            JobKind::Spectrum => queue.div_ceil(2),
+        };
+        match self.store.submit(job, Places { queue, of_kind }).await? {
+            Submitted::Taken(job) => Ok(job),
+            Submitted::Full => Err(Problem::busy("the queue is full", 10)),
+            Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
         }
     }
 
-    /// Waits for a change of the queue: at most a second, for another process may have made one. False once the server
-    /// is to stop.
-    async fn change(&self, changes: &mut watch::Receiver<u64>) -> bool {
+    /// Waits for a change of a job, but not for ever: another process may have made one. False once the server is to
+    /// stop.
+    async fn change(&self, changes: &mut JobChanges) -> bool {
         tokio::select! {
             () = self.shutdown.cancelled() => false,
             () = tokio::time::sleep(POLL) => true,
-            _ = changes.changed() => true,
+            () = changes.changed() => true,
         }
     }
 }

@@ -15,6 +15,15 @@ const TRACE_PARENT: HeaderName = HeaderName::from_static("traceparent");
 /// The longest identifier taken over from a client.
 const LONGEST_REQUEST_ID: usize = 128;
 
+const REQUESTS: &str = "sketchmatch_http_requests_total";
+const SECONDS: &str = "sketchmatch_http_request_seconds";
+
+/// Says what is measured here.
+pub(super) fn describe() {
+    metrics::describe_counter!(REQUESTS, "Requests that were answered, by method, route and status.");
+    metrics::describe_histogram!(SECONDS, "Seconds from the head of a request to its answer, by method and route.");
+}
+
 /// Answers with `X-Request-Id` (the client's, or a new one) and the client's `traceparent`, and logs and counts.
 pub async fn observed(request: Request, next: Next) -> Response {
     let started = Instant::now();
@@ -33,9 +42,8 @@ pub async fn observed(request: Request, next: Next) -> Response {
     let (status, seconds) = (response.status().as_u16(), started.elapsed().as_secs_f64());
     span.in_scope(|| tracing::info!(status, seconds, "answered"));
     let status = status.to_string();
-    metrics::counter!("http_requests_total", "method" => method.clone(), "route" => route.clone(), "status" => status)
-        .increment(1);
-    metrics::histogram!("http_request_seconds", "method" => method, "route" => route).record(seconds);
+    metrics::counter!(REQUESTS, "method" => method.clone(), "route" => route.clone(), "status" => status).increment(1);
+    metrics::histogram!(SECONDS, "method" => method, "route" => route).record(seconds);
     response.headers_mut().insert(REQUEST_ID, request_id);
     response.headers_mut().extend(trace.map(|value| (TRACE_PARENT, value)));
     response

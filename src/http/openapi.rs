@@ -27,11 +27,11 @@ struct Frame;
 pub(super) fn routes() -> (Router<App>, Value) {
     let router = OpenApiRouter::with_openapi(Frame::openapi())
         .routes(routes!(meshes::upload, meshes::list))
-        .routes(routes!(meshes::read))
+        .routes(routes!(meshes::read, meshes::rename, meshes::delete))
         .routes(routes!(meshes::geometry))
         .routes(routes!(spectra::of_mesh))
         .routes(routes!(sketches::upload, sketches::list))
-        .routes(routes!(sketches::read))
+        .routes(routes!(sketches::read, sketches::rename, sketches::delete))
         .routes(routes!(sketches::geometry))
         .routes(routes!(spectra::of_sketch))
         .routes(routes!(matches::create, matches::list))

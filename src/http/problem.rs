@@ -11,7 +11,7 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use crate::pipeline;
-use crate::store::StoreError;
+use crate::store::{Lack, StoreError};
 
 /// Media type of every error.
 pub const MEDIA_TYPE: &str = "application/problem+json";
@@ -123,6 +123,15 @@ impl Problem {
         Problem { retry_after: Some(seconds), ..Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail) }
     }
 
+    /// 507 or 503: the server lacks what it takes, for now; `error` is for the log.
+    pub fn lacking(lack: Lack, error: impl std::fmt::Display) -> Problem {
+        tracing::error!(%error, "the server lacks what it takes");
+        match lack {
+            Lack::Space => Problem::new(StatusCode::INSUFFICIENT_STORAGE, "the disk of the server is full"),
+            Lack::Means => Problem::busy("the server cannot use its data directory now", 5),
+        }
+    }
+
     /// 500: the fault is ours; what is known of it goes to the log, not to the client.
     pub fn internal(error: impl std::fmt::Display) -> Problem {
         tracing::error!(%error, "internal error");
@@ -162,9 +171,10 @@ impl Problem {
 
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Problem {
-        match error.remedy() {
-            Some(remedy) => Problem { detail: remedy, ..Problem::internal(error) },
-            None => Problem::internal(error),
+        match (error.remedy(), error.lack()) {
+            (Some(remedy), _) => Problem { detail: remedy, ..Problem::internal(error) },
+            (None, Some(lack)) => Problem::lacking(lack, error),
+            (None, None) => Problem::internal(error),
         }
     }
 }

@@ -5,21 +5,25 @@ use std::future::Future;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::App;
+use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::job_document::timestamp;
+use super::json;
 use super::page::PageQuery;
 use super::problem::{Fault, Problem};
 use crate::mesh::TriangleMesh;
 use crate::sketch::Sketch;
-use crate::store::{Kind, Shape, StoreError};
+use crate::store::{Deletion, Kind, Shape, StoreError};
 
 /// Characters of a name at most.
 const LONGEST_NAME: usize = 200;
+
+const TOO_LONG: &str = "a name has at most 200 characters";
 
 /// A stored shape: what every shape has, and the measures of its kind.
 #[derive(Debug, Serialize, ToSchema)]
@@ -138,6 +142,49 @@ where
     query.listing(kind.path(), shapes, Shape::cursor, document::<T>)
 }
 
+/// What a shape is to be called.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Renaming {
+    /// The name, or null for none.
+    #[serde(deserialize_with = "Option::deserialize")]
+    #[schema(max_length = 200, required = true)]
+    name: Option<String>,
+}
+
+/// The document of a shape, renamed as the body says.
+///
+/// # Errors
+/// 404 where there is none; whatever is wrong with the body.
+pub async fn renamed<T: DeserializeOwned>(
+    app: &App,
+    kind: Kind,
+    id: &str,
+    body: JsonBody,
+) -> Result<ShapeDocument<T>, Problem> {
+    let Renaming { name } = json::parsed(&body.bytes)?;
+    if name.as_ref().is_some_and(|name| name.chars().count() > LONGEST_NAME) {
+        let fault = Fault::at_pointer("/name", TOO_LONG);
+        return Err(Problem::refused("the name is not acceptable", vec![fault]));
+    }
+    document(app.store.rename(kind, id, name.as_deref()).await?.ok_or_else(|| missing(kind, id))?)
+}
+
+/// Deletes a shape.
+///
+/// # Errors
+/// 404 where there is none, 409 while an unfinished job needs it.
+pub async fn deleted(app: &App, kind: Kind, id: &str) -> Result<StatusCode, Problem> {
+    match app.store.delete_shape(kind, id).await? {
+        Deletion::Done => Ok(StatusCode::NO_CONTENT),
+        Deletion::Needed => {
+            let detail = format!("{} {id} is needed by a job that has not ended", kind.noun());
+            Err(Problem::new(StatusCode::CONFLICT, detail).retry_after(1))
+        }
+        Deletion::Missing => Err(missing(kind, id)),
+    }
+}
+
 /// A cursor that is none of ours is the client's fault, everything else the store's.
 pub fn cursor_fault(error: StoreError) -> Problem {
     match error {
@@ -156,7 +203,7 @@ pub fn cursor_fault(error: StoreError) -> Problem {
 pub fn name(given: Option<String>, file_name: Option<String>) -> Result<Option<String>, Problem> {
     match given {
         Some(name) if name.chars().count() > LONGEST_NAME => {
-            let fault = Fault::in_query("name", format!("a name has at most {LONGEST_NAME} characters"));
+            let fault = Fault::in_query("name", TOO_LONG);
             Err(Problem::refused("the name is not acceptable", vec![fault]))
         }
         Some(name) => Ok(Some(name)),

@@ -2,20 +2,20 @@
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
-use super::body::{Upload, is_json, unsupported};
+use super::body::{JsonBody, Upload, is_json, unsupported};
 use super::idempotency::IdempotencyKey;
 use super::json;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
-use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
+use super::shapes::{self, Coordinates, Geometry, Renaming, ShapeDocument};
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
     Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
@@ -96,7 +96,10 @@ pub async fn upload(
             let drawn = drawn(&upload.bytes, upload.media_type.as_deref())?;
             let imported = imported(&upload.bytes, drawn, target, &config)?;
             let parameters = target.map(|vertices| format!("target_vertices={vertices}")).unwrap_or_default();
-            Ok::<_, Problem>((imported, Source { bytes: upload.bytes, media_type: drawn.media_type().to_owned(), parameters }))
+            Ok::<_, Problem>((
+                imported,
+                Source { bytes: upload.bytes, media_type: drawn.media_type().to_owned(), parameters },
+            ))
         });
         let (Imported { sketch, warnings }, source) = taken.await??;
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
@@ -184,6 +187,31 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
     Ok(Json(shapes::known(&app, Kind::Sketch, &id).await?))
+}
+
+/// Renames a sketch.
+#[utoipa::path(
+    patch, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)), request_body = Renaming,
+    responses((status = 200, description = "the sketch, renamed", body = ShapeDocument<SketchMeasures>)),
+)]
+pub async fn rename(
+    State(app): State<App>,
+    Id(id): Id,
+    body: JsonBody,
+) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
+    Ok(Json(shapes::renamed(&app, Kind::Sketch, &id, body).await?))
+}
+
+/// Deletes a sketch, its file and its triangles. Matches it was part of stay.
+#[utoipa::path(
+    delete, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)),
+    responses(
+        (status = 204, description = "deleted"),
+        (status = 409, description = "a match or spectrum that is not finished needs it"),
+    ),
+)]
+pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
+    shapes::deleted(&app, Kind::Sketch, &id).await
 }
 
 /// Answers the triangles of a sketch, in the coordinates it was uploaded in.

@@ -1,6 +1,6 @@
 //! Spectra of shapes: answered from the cache, queued where they are not there.
 
-use std::time::{Duration, UNIX_EPOCH};
+use std::time::Duration;
 
 use axum::Json;
 use axum::extract::State;
@@ -19,7 +19,7 @@ use super::representation::{JSON, NPY, Wanted};
 use super::{memory, npy, shapes};
 use crate::mesh::connectivity::{Component, largest_component};
 use crate::spectral::{Boundary, Spectrum};
-use crate::store::{Job, JobKind, Kind, Page, SpectrumKey, SpectrumTask, State as JobState};
+use crate::store::{JobKind, Kind, NewJob, SpectrumKey, SpectrumTask};
 
 const SAFETENSORS: &str = "application/vnd.safetensors";
 
@@ -27,9 +27,6 @@ const DEFAULT_EIGENPAIRS: usize = 20;
 
 /// How long a failed decomposition is answered before it is tried anew.
 const FAILURE_STANDS: Duration = Duration::from_secs(600);
-
-/// How many of the latest decompositions are looked through for a failed one.
-const FAILURES_SEEN: u32 = 100;
 
 /// Bytes of eigenfunctions in one answer.
 const LARGEST_ANSWER: usize = 1 << 30;
@@ -182,14 +179,15 @@ impl Asked {
         let Asked { kind, id, k, boundary } = self;
         let task = SpectrumTask { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
         let payload = serde_json::to_string(&task).map_err(Problem::internal)?;
-        let page = Page { after: None, limit: FAILURES_SEEN };
-        let mut latest = app.store.jobs(JobKind::Spectrum, &page).await?.into_iter();
-        let latest = latest.find(|job| job.dedupe.as_deref() == Some(&payload));
-        if let Some(failure) = latest.filter(|job| job.state == JobState::Failed && is_recent(job)) {
+        if let Some(failure) = app.store.late_failure(&payload, FAILURE_STANDS).await? {
             return Err(Problem::of_job(failure.error.as_ref()));
         }
-        app.room_in_queue().await?;
-        let job = app.store.submit(JobKind::Spectrum, &payload, Some(&payload)).await?;
+        let (mesh, sketch) = match kind {
+            Kind::Mesh => (Some(id.as_str()), None),
+            Kind::Sketch => (None, Some(id.as_str())),
+        };
+        let job = NewJob { mesh, sketch, dedupe: Some(&payload), ..NewJob::of(JobKind::Spectrum, &payload) };
+        let job = app.queued(&job).await?;
         let boundary = match boundary {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
@@ -207,12 +205,6 @@ impl Asked {
 
 fn too_many(most: usize) -> Problem {
     Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
-}
-
-fn is_recent(job: &Job) -> bool {
-    let finished = job.finished_ms.and_then(|ms| u64::try_from(ms).ok()).map(Duration::from_millis);
-    let since = finished.and_then(|finished| (UNIX_EPOCH + finished).elapsed().ok());
-    since.is_none_or(|since| since < FAILURE_STANDS)
 }
 
 /// The rows of the first `k` eigenfunctions in the order of the uploaded file, `vertices` × k; not a number where a

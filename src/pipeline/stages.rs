@@ -26,6 +26,9 @@ pub enum Stage {
 }
 
 impl Stage {
+    pub const ALL: [Stage; 6] =
+        [Stage::Spectrum, Stage::Alignment, Stage::Regions, Stage::Descriptors, Stage::Map, Stage::Points];
+
     pub fn name(self) -> &'static str {
         match self {
             Stage::Spectrum => "spectrum",

@@ -8,26 +8,36 @@ use object_store::local::LocalFileSystem;
 use object_store::path::Path as Name;
 use object_store::{Error, ObjectStore, ObjectStoreExt, PutPayload};
 
+use super::directory::Directory;
 use super::{StoreError, blocking, sealed};
+
+/// Where blobs are put that nothing names any more.
+const ASIDE: &str = "aside";
 
 /// Byte strings under names that tell their content, each written whole or not at all, with a checksum behind it.
 #[derive(Clone)]
-pub(super) struct Blobs(Arc<dyn ObjectStore>);
+pub(super) struct Blobs {
+    files: Arc<dyn ObjectStore>,
+    directory: Arc<Directory>,
+}
 
 impl Blobs {
-    /// Files under `directory`, on the disk before a write returns. To be opened by one process at a time: what a killed
-    /// one has left unfinished is removed.
-    pub fn local(directory: &Path) -> Result<Blobs, Error> {
-        remove_unfinished(directory).map_err(|error| Error::Generic { store: "blobs", source: error.into() })?;
-        let files = LocalFileSystem::new_with_prefix(directory)?.with_fsync(true).with_automatic_cleanup(true);
-        Ok(Blobs(Arc::new(files)))
+    /// Files of the directory, on the disk before a write returns. What a killed process has left unfinished is removed.
+    pub fn local(directory: Arc<Directory>) -> Result<Blobs, StoreError> {
+        let folder = directory.blobs();
+        remove_unfinished(&folder).map_err(|source| StoreError::Directory { path: folder.clone(), source })?;
+        let files = LocalFileSystem::new_with_prefix(&folder)?.with_fsync(true).with_automatic_cleanup(true);
+        Ok(Blobs { files: Arc::new(files), directory })
     }
 
     /// Writes a blob. What is there under its name is written over: it is the same, or damaged.
     pub async fn put(&self, name: &str, bytes: impl Into<Bytes>) -> Result<(), StoreError> {
-        let bytes = bytes.into();
-        let sealed = blocking(move || Ok(PutPayload::from_iter([bytes.clone(), sealed::seal(&bytes)]))).await?;
-        self.0.put(&Name::from(name), sealed).await?;
+        let (bytes, directory) = (bytes.into(), self.directory.clone());
+        let sealed = move || {
+            directory.blobs_present()?;
+            Ok(PutPayload::from_iter([bytes.clone(), sealed::seal(&bytes)]))
+        };
+        self.files.put(&Name::from(name), blocking(sealed).await?).await?;
         Ok(())
     }
 
@@ -66,24 +76,34 @@ impl Blobs {
 
     /// The bytes of the file of this name, its checksum among them.
     async fn unopened(&self, name: &str) -> Result<Option<Bytes>, StoreError> {
-        match self.0.get(&Name::from(name)).await {
+        match self.files.get(&Name::from(name)).await {
             Ok(found) => Ok(Some(found.bytes().await?)),
-            Err(Error::NotFound { .. }) => Ok(None),
+            Err(Error::NotFound { .. }) => {
+                let directory = self.directory.clone();
+                blocking(move || directory.blobs_present()).await.map(|()| None)
+            }
             Err(error) => Err(error.into()),
         }
     }
 
     /// Deletes a blob; one that is gone already is no error.
     pub async fn delete(&self, name: &str) -> Result<(), StoreError> {
-        match self.0.delete(&Name::from(name)).await {
+        match self.files.delete(&Name::from(name)).await {
             Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
             Err(error) => Err(error.into()),
         }
     }
 
+    /// Puts a blob out of the way, for people to look at: where it is kept is told.
+    pub async fn set_aside(&self, name: &str) -> Result<(), StoreError> {
+        let aside = format!("{ASIDE}/{name}");
+        tracing::warn!(name, aside, "nothing names this blob, it is set aside");
+        Ok(self.files.rename(&Name::from(name), &Name::from(aside)).await?)
+    }
+
     /// The names of all blobs in a folder, in no order.
     pub async fn names(&self, folder: &str) -> Result<Vec<String>, StoreError> {
-        let found = self.0.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string());
+        let found = self.files.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string());
         Ok(found.try_collect().await?)
     }
 }
@@ -109,16 +129,43 @@ fn is_unfinished(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::testing::{fresh, open};
 
     #[tokio::test]
     async fn what_a_killed_process_left_unfinished_is_removed() {
-        let directory = tempfile::tempdir().unwrap();
-        let blobs = Blobs::local(directory.path()).unwrap();
-        blobs.put("results/job/1", "whole").await.unwrap();
-        let unfinished = directory.path().join("results/job/2#17");
+        let (directory, store) = fresh().await;
+        store.blobs.put("ready/1", "whole").await.unwrap();
+        let unfinished = directory.path().join("data/blobs/ready/2#17");
         fs::write(&unfinished, "half").unwrap();
-        let blobs = Blobs::local(directory.path()).unwrap();
+        drop(store);
+        let store = open(&directory).await;
         assert!(!unfinished.exists());
-        assert_eq!(blobs.read("results/job/1").await.unwrap().unwrap(), "whole");
+        assert_eq!(store.blobs.read("ready/1").await.unwrap().unwrap(), "whole");
+    }
+
+    #[tokio::test]
+    async fn a_folder_goes_with_its_last_blob() {
+        let (directory, store) = fresh().await;
+        store.blobs.put("results/job/1", "whole").await.unwrap();
+        store.blobs.delete("results/job/1").await.unwrap();
+        assert!(!directory.path().join("data/blobs/results").exists());
+        assert!(directory.path().join("data/blobs").exists());
+    }
+
+    #[tokio::test]
+    async fn a_directory_that_is_away_is_not_made_anew() {
+        let (directory, store) = fresh().await;
+        store.blobs.put("results/job/1", "whole").await.unwrap();
+        let (data, elsewhere) = (directory.path().join("data"), directory.path().join("elsewhere"));
+        fs::rename(&data, &elsewhere).unwrap();
+        assert!(matches!(store.blobs.put("results/job/2", "new").await, Err(StoreError::Away { .. })));
+        assert!(matches!(store.blobs.read("results/job/1").await, Err(StoreError::Away { .. })));
+        assert!(!data.exists());
+        fs::create_dir_all(data.join("blobs")).unwrap();
+        assert!(matches!(store.blobs.put("results/job/2", "new").await, Err(StoreError::Away { .. })));
+        fs::remove_dir_all(&data).unwrap();
+        fs::rename(&elsewhere, &data).unwrap();
+        store.blobs.put("results/job/2", "new").await.unwrap();
+        assert_eq!(store.blobs.read("results/job/1").await.unwrap().unwrap(), "whole");
     }
 }

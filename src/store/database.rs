@@ -14,12 +14,16 @@ const CONNECTIONS: u32 = 8;
 const PRAGMAS: &str = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA busy_timeout = 30000; \
                        PRAGMA foreign_keys = ON";
 
-/// A pool on the SQLite file at `path`.
+/// A pool on the SQLite file at `path`, which has to be there. Its connections are opened at the start and stay open, so
+/// that none lacks a descriptor or finds another file when it is needed.
 pub(super) async fn connected(path: &Path) -> Result<AnyPool, StoreError> {
     install_default_drivers();
-    let url = SqliteConnectOptions::new().filename(path).create_if_missing(true).to_url_lossy();
+    let url = SqliteConnectOptions::new().filename(path).to_url_lossy();
     let pool = AnyPoolOptions::new()
+        .min_connections(CONNECTIONS)
         .max_connections(CONNECTIONS)
+        .idle_timeout(None)
+        .max_lifetime(None)
         .after_connect(|connection, _| Box::pin(async move { connection.execute(PRAGMAS).await.map(drop) }))
         .connect_with(AnyConnectOptions::from_url(&url)?)
         .await?;
@@ -40,12 +44,20 @@ pub(super) async fn migrate(pool: &AnyPool) -> Result<(), StoreError> {
     Ok(migrator().run(pool).await?)
 }
 
+/// Writes all that is in the log of writes into the database itself and closes it, so that its file alone is whole.
+pub(super) async fn close(pool: &AnyPool) -> Result<(), StoreError> {
+    sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(pool).await?;
+    pool.close().await;
+    Ok(())
+}
+
 /// Every migration in its order; a new one is a new file and a new line, an old one is never edited.
 fn migrator() -> Migrator {
     let files = [
         (1, "store", include_str!("../../migrations/sqlite/0001_store.sql")),
         (2, "jobs by key", include_str!("../../migrations/sqlite/0002_jobs_by_key.sql")),
         (3, "uploads", include_str!("../../migrations/sqlite/0003_uploads.sql")),
+        (4, "jobs by shape", include_str!("../../migrations/sqlite/0004_jobs_by_shape.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)
@@ -60,7 +72,8 @@ pub(super) mod testing {
     /// A pool on the SQLite file at `path` with the tables as the migration `version` left them.
     pub async fn of_version(path: &Path, version: i64) -> AnyPool {
         let pool = connected(path).await.unwrap();
-        let migrations = migrator().migrations.iter().filter(|migration| migration.version <= version).cloned().collect();
+        let migrations =
+            migrator().migrations.iter().filter(|migration| migration.version <= version).cloned().collect();
         Migrator::with_migrations(migrations).run(&pool).await.unwrap();
         pool
     }

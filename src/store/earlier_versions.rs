@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use bytes::Bytes;
 use serde_json::json;
@@ -9,6 +10,7 @@ use sqlx::AnyPool;
 use tempfile::TempDir;
 
 use super::blobs::Blobs;
+use super::directory::Directory;
 use super::testing::open;
 use super::{JobKind, Kind, Source, State, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
@@ -52,7 +54,9 @@ async fn directory_by_geometry() -> (TempDir, String, String) {
     write(&data, "results/cut/1", br#"{"c":"#);
     write(&data, "spectra/hash/cotangent-mixed-neumann-1/20.safetensors", b"numbers");
     write(&data, "preparations/hash/1", b"views");
-    let pool = database::testing::of_version(&data.join("sketchmatch.db"), BY_GEOMETRY).await;
+    let database = data.join("sketchmatch.db");
+    fs::write(&database, "").unwrap();
+    let pool = database::testing::of_version(&database, BY_GEOMETRY).await;
     insert_shape(&pool, &mesh.name, "mesh", Some("old"), r#"{"vertices": 3}"#).await;
     insert_shape(&pool, &sketch.name, "sketch", None, r#"{"vertices": 3}"#).await;
     let payload = json!({"mesh": mesh.name, "sketch": sketch.name}).to_string();
@@ -70,8 +74,8 @@ fn drawing() -> Sketch {
 #[tokio::test]
 async fn an_upgrade_that_was_cut_off_goes_on() {
     let (directory, mesh, _) = directory_by_geometry().await;
-    let blobs = Blobs::local(&directory.path().join("data/blobs")).unwrap();
-    blobs.seal("results/done/1", |_| true).await.unwrap();
+    let data = Arc::new(Directory::open(&directory.path().join("data")).unwrap());
+    Blobs::local(data).unwrap().seal("results/done/1", |_| true).await.unwrap();
     let store = open(&directory).await;
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
     assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle()));
@@ -91,8 +95,11 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     for cache in ["spectra", "preparations"] {
         assert_eq!(store.blobs.names(cache).await.unwrap(), Vec::<String>::new());
     }
-    let waiting = store.claim().await.unwrap().unwrap();
-    assert_eq!((waiting.job.id.as_str(), waiting.job.kind, waiting.job.state), ("waits", JobKind::Match, State::Running));
+    let waiting = store.claim(&JobKind::ALL).await.unwrap().unwrap();
+    assert_eq!(
+        (waiting.job.id.as_str(), waiting.job.kind, waiting.job.state),
+        ("waits", JobKind::Match, State::Running)
+    );
     // The same geometry comes again: another shape, with its file, beside the old one.
     let source = Source { bytes: Bytes::from("v"), media_type: "model/obj".to_owned(), parameters: String::new() };
     let (again, new) = store.insert_mesh(triangle(), source, None, json!({})).await.unwrap();

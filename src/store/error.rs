@@ -1,3 +1,5 @@
+use std::error::Error;
+use std::io;
 use std::path::PathBuf;
 
 /// Why the store could not do what it was asked.
@@ -5,6 +7,14 @@ use std::path::PathBuf;
 pub enum StoreError {
     #[error("the data directory {} is in use by another process", data_dir.display())]
     Locked { data_dir: PathBuf },
+    #[error(
+        "{} has blobs, but its database is missing or empty: put sketchmatch.db back, or move the blobs away to start anew",
+        data_dir.display()
+    )]
+    Unnamed { data_dir: PathBuf },
+    /// What was there at the start is not there now.
+    #[error("{} is away", path.display())]
+    Away { path: PathBuf },
     #[error("{} cannot be used: {source}", path.display())]
     Directory { path: PathBuf, source: std::io::Error },
     #[error("database: {0}")]
@@ -41,7 +51,102 @@ impl StoreError {
         }
     }
 
+    /// What the process lacks where the error is nobody's fault and may pass.
+    pub fn lack(&self) -> Option<Lack> {
+        match self {
+            StoreError::Away { .. } => Some(Lack::Means),
+            StoreError::Database(error) => of_database(error).or_else(|| of_causes(error)),
+            StoreError::Blob(error) => of_causes(error),
+            StoreError::Directory { source, .. } => of_system(source),
+            _ => None,
+        }
+    }
+
     pub(super) fn damaged(what: impl Into<String>, reason: impl ToString) -> StoreError {
         StoreError::Damaged { what: what.into(), reason: reason.to_string() }
+    }
+}
+
+/// What a process may lack for a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// Space on the disk.
+    Space,
+    /// Descriptors, memory, the directory itself, its turn at the database.
+    Means,
+}
+
+/// By what the system said at the bottom of an error.
+fn of_causes(error: &(dyn Error + 'static)) -> Option<Lack> {
+    let mut cause = Some(error);
+    while let Some(error) = cause {
+        if let Some(lack) = error.downcast_ref().and_then(of_system) {
+            return Some(lack);
+        }
+        cause = error.source();
+    }
+    None
+}
+
+fn of_system(error: &io::Error) -> Option<Lack> {
+    let number = error.raw_os_error().map(rustix::io::Errno::from_raw_os_error);
+    match (error.kind(), number) {
+        (io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded, _) => Some(Lack::Space),
+        (io::ErrorKind::OutOfMemory, _) | (_, Some(rustix::io::Errno::MFILE | rustix::io::Errno::NFILE)) => {
+            Some(Lack::Means)
+        }
+        _ => None,
+    }
+}
+
+/// By SQLite's primary result codes, <https://sqlite.org/rescode.html>.
+fn of_database(error: &sqlx::Error) -> Option<Lack> {
+    const BUSY: i32 = 5;
+    const LOCKED: i32 = 6;
+    const OUT_OF_MEMORY: i32 = 7;
+    const READ_ONLY: i32 = 8;
+    const FULL: i32 = 13;
+    const CANNOT_OPEN: i32 = 14;
+    match error {
+        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed => Some(Lack::Means),
+        sqlx::Error::Database(error) => match error.code()?.parse::<i32>().ok()? & 0xff {
+            FULL => Some(Lack::Space),
+            BUSY | LOCKED | OUT_OF_MEMORY | READ_ONLY | CANNOT_OPEN => Some(Lack::Means),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::Write;
+
+    use super::*;
+
+    #[test]
+    fn what_the_process_lacks_is_told_from_what_is_broken() {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap().write_all(b"x").unwrap_err();
+        let blob = |source: io::Error| {
+            StoreError::Blob(object_store::Error::Generic { store: "blobs", source: Box::new(source) })
+        };
+        assert_eq!(blob(full).lack(), Some(Lack::Space));
+        let none_left = || io::Error::from_raw_os_error(rustix::io::Errno::MFILE.raw_os_error());
+        assert_eq!(blob(none_left()).lack(), Some(Lack::Means));
+        assert_eq!(StoreError::Database(sqlx::Error::Io(none_left())).lack(), Some(Lack::Means));
+        assert_eq!(StoreError::Database(sqlx::Error::PoolTimedOut).lack(), Some(Lack::Means));
+        assert_eq!(blob(io::ErrorKind::InvalidData.into()).lack(), None);
+        assert_eq!(StoreError::damaged("a blob", "cut short").lack(), None);
+    }
+
+    #[tokio::test]
+    async fn a_database_that_may_not_grow_lacks_space() {
+        let (_directory, store) = crate::store::testing::fresh().await;
+        let mut connection = store.pool.acquire().await.unwrap();
+        sqlx::query("PRAGMA max_page_count = 1").execute(&mut *connection).await.unwrap();
+        let insert = "INSERT INTO shapes (id, kind, body, created_ms) VALUES ('mesh', 'mesh', $1, 0)";
+        let error = sqlx::query(insert).bind("x".repeat(1 << 20)).execute(&mut *connection).await.unwrap_err();
+        assert_eq!(StoreError::from(error).lack(), Some(Lack::Space));
     }
 }

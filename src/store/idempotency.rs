@@ -1,9 +1,41 @@
-use sqlx::Row;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
+
+use sqlx::{Any, Row, Transaction};
+use tokio::sync::OwnedMutexGuard;
 
 use super::{Store, StoreError};
 
-/// How long an answer is remembered: 24 hours.
-pub(super) const MEMORY_MS: i64 = 24 * 60 * 60 * 1000;
+/// How long an answer is remembered.
+pub const MEMORY: Duration = Duration::from_secs(24 * 60 * 60);
+
+/// The keys under which requests are being carried out.
+#[derive(Default)]
+pub(super) struct Turns(Mutex<HashMap<String, Weak<tokio::sync::Mutex<()>>>>);
+
+impl Turns {
+    fn keys(&self) -> MutexGuard<'_, HashMap<String, Weak<tokio::sync::Mutex<()>>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The right to be the only one to carry out a request under a key; it ends when it is dropped.
+pub struct Turn {
+    turns: Arc<Turns>,
+    key: String,
+    guard: Option<OwnedMutexGuard<()>>,
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        self.guard = None;
+        let mut keys = self.turns.keys();
+        if keys.get(&self.key).is_some_and(|waiting| waiting.strong_count() == 0) {
+            keys.remove(&self.key);
+        }
+    }
+}
 
 /// What is known of an idempotency key.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,6 +49,21 @@ pub enum Remembered {
 }
 
 impl Store {
+    /// The turn of a request under this key: one after the other, in the order they came.
+    pub async fn turn(&self, key: &str) -> Turn {
+        let mutex = {
+            let mut keys = self.turns.keys();
+            let waiting = keys.entry(key.to_owned()).or_default();
+            waiting.upgrade().unwrap_or_else(|| {
+                let mutex = Arc::default();
+                *waiting = Arc::downgrade(&mutex);
+                mutex
+            })
+        };
+        let guard = Some(mutex.lock_owned().await);
+        Turn { turns: self.turns.clone(), key: key.to_owned(), guard }
+    }
+
     /// What was answered to `key` on `route` within the last 24 hours; `fingerprint` tells one request from another.
     ///
     /// # Errors
@@ -38,7 +85,8 @@ impl Store {
         })
     }
 
-    /// Keeps an answer for 24 hours, unless one is there: the first of two equal requests is the one remembered.
+    /// Keeps an answer for 24 hours, unless one is there: the first of two equal requests is the one remembered. It is
+    /// forgotten with the `resource` it names.
     ///
     /// # Errors
     /// What the database said.
@@ -51,9 +99,10 @@ impl Store {
         location: Option<&str>,
         body: &[u8],
     ) -> Result<(), StoreError> {
+        let resource = location.and_then(|location| location.rsplit('/').next());
         sqlx::query("DELETE FROM answers WHERE expires_ms <= (SELECT now_ms FROM clock)").execute(&self.pool).await?;
-        let sql = "INSERT INTO answers (key, route, fingerprint, status, location, body, expires_ms) \
-                   VALUES ($1, $2, $3, $4, $5, $6, (SELECT now_ms FROM clock) + $7) \
+        let sql = "INSERT INTO answers (key, route, fingerprint, status, location, body, expires_ms, resource) \
+                   VALUES ($1, $2, $3, $4, $5, $6, (SELECT now_ms FROM clock) + $7, $8) \
                    ON CONFLICT (key, route) DO NOTHING";
         sqlx::query(sql)
             .bind(key)
@@ -62,15 +111,25 @@ impl Store {
             .bind(i64::from(status))
             .bind(location)
             .bind(body)
-            .bind(MEMORY_MS)
+            .bind(i64::try_from(MEMORY.as_millis()).unwrap_or(i64::MAX))
+            .bind(resource)
             .execute(&self.pool)
             .await?;
         Ok(())
     }
 }
 
+/// Forgets the answers that name a resource which is deleted.
+pub(super) async fn forget(transaction: &mut Transaction<'_, Any>, resource: &str) -> Result<(), StoreError> {
+    let sql = "DELETE FROM answers WHERE resource = $1";
+    sqlx::query(sql).bind(resource).execute(&mut **transaction).await?;
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
+    use futures::FutureExt;
+
     use super::*;
     use crate::store::testing::fresh;
 
@@ -85,6 +144,31 @@ mod tests {
         assert_eq!(store.remembered("k", "/r", "other").await.unwrap(), Remembered::Different);
         assert_eq!(store.remembered("k", "/other", "f").await.unwrap(), Remembered::New);
         assert_eq!(store.remembered("other", "/r", "f").await.unwrap(), Remembered::New);
+    }
+
+    #[tokio::test]
+    async fn requests_under_one_key_take_turns() {
+        let (_directory, store) = fresh().await;
+        let first = store.turn("key").await;
+        assert!(store.turn("other").now_or_never().is_some());
+        assert!(store.turn("key").now_or_never().is_none());
+        drop(first);
+        assert!(store.turn("key").now_or_never().is_some());
+        assert!(store.turns.keys().is_empty());
+    }
+
+    #[tokio::test]
+    async fn an_answer_is_forgotten_with_what_it_names() {
+        let (_directory, store) = fresh().await;
+        store.remember("k", "/r", "f", 202, Some("/there/one"), b"").await.unwrap();
+        let mut transaction = store.pool.begin().await.unwrap();
+        forget(&mut transaction, "other").await.unwrap();
+        transaction.commit().await.unwrap();
+        assert_ne!(store.remembered("k", "/r", "f").await.unwrap(), Remembered::New);
+        let mut transaction = store.pool.begin().await.unwrap();
+        forget(&mut transaction, "one").await.unwrap();
+        transaction.commit().await.unwrap();
+        assert_eq!(store.remembered("k", "/r", "f").await.unwrap(), Remembered::New);
     }
 
     #[tokio::test]

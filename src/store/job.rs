@@ -1,5 +1,6 @@
 use std::fmt::Display;
 use std::sync::Arc;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -19,6 +20,8 @@ pub enum JobKind {
 }
 
 impl JobKind {
+    pub const ALL: [JobKind; 2] = [JobKind::Match, JobKind::Spectrum];
+
     /// The name it is stored under.
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -27,16 +30,8 @@ impl JobKind {
         }
     }
 
-    /// Its place in the queue, smaller first: a spectrum is short, and somebody waits for it with a repeated GET.
-    pub(super) const fn priority(self) -> i64 {
-        match self {
-            JobKind::Spectrum => 0,
-            JobKind::Match => 1,
-        }
-    }
-
     fn named(name: &str) -> Option<JobKind> {
-        [JobKind::Match, JobKind::Spectrum].into_iter().find(|kind| kind.as_str() == name)
+        JobKind::ALL.into_iter().find(|kind| kind.as_str() == name)
     }
 }
 
@@ -84,6 +79,8 @@ pub struct Job {
     /// The name under which no other job is queued until this one has ended.
     pub dedupe: Option<String>,
     pub state: State,
+    /// Which it is of those of its kind that wait, from 1; nothing where it does not wait.
+    pub place: Option<i64>,
     /// How often it was claimed, and the token that fences off those who claimed it earlier.
     pub attempt: i64,
     pub stage: Option<String>,
@@ -100,8 +97,9 @@ pub struct Job {
 
 impl Job {
     /// What is read of a row: all but the payload, which may be large and is the worker's alone.
-    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, attempt, stage, fraction, revision, error, created_ms, \
-                                      started_ms, finished_ms";
+    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
+         CASE WHEN state = 'queued' THEN (SELECT count(*) FROM jobs AS ahead WHERE ahead.state = 'queued' \
+         AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
 
     /// The `Page::after` of the page that begins behind this job.
     pub fn cursor(&self) -> String {
@@ -117,6 +115,7 @@ impl<'r> FromRow<'r, AnyRow> for Job {
             kind: JobKind::named(row.try_get("kind")?).ok_or_else(|| unknown("kind"))?,
             dedupe: row.try_get("dedupe")?,
             state: State::named(row.try_get("state")?).ok_or_else(|| unknown("state"))?,
+            place: row.try_get("place")?,
             attempt: row.try_get("attempt")?,
             stage: row.try_get("stage")?,
             fraction: row.try_get("fraction")?,
@@ -133,6 +132,48 @@ fn unknown(column: &str) -> sqlx::Error {
     sqlx::Error::Decode(format!("unknown {column} of a job").into())
 }
 
+/// A job to be put into the queue.
+#[derive(Clone, Copy, Debug)]
+pub struct NewJob<'a> {
+    pub kind: JobKind,
+    /// What is to be done, in JSON.
+    pub payload: &'a str,
+    /// The shapes it needs, which have to be there.
+    pub mesh: Option<&'a str>,
+    pub sketch: Option<&'a str>,
+    /// A name that no other unfinished job has.
+    pub dedupe: Option<&'a str>,
+    /// For how long the name is taken, whatever becomes of the job.
+    pub taken_for: Duration,
+}
+
+impl<'a> NewJob<'a> {
+    /// A job that needs no shape and has no name.
+    pub const fn of(kind: JobKind, payload: &'a str) -> NewJob<'a> {
+        NewJob { kind, payload, mesh: None, sketch: None, dedupe: None, taken_for: Duration::ZERO }
+    }
+}
+
+/// How many jobs may wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// In the whole queue.
+    pub queue: usize,
+    /// Of the kind that is submitted.
+    pub of_kind: usize,
+}
+
+/// What became of a job that was submitted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Submitted {
+    /// It waits, or the job of this name that was there before stands for it.
+    Taken(Job),
+    /// No place is free.
+    Full,
+    /// A shape it needs is not there.
+    Gone,
+}
+
 /// What a failed job keeps as its error: a problem of RFC 9457 whose type is its status.
 pub fn problem(status: u16, title: &str, detail: impl Display) -> Value {
     json!({ "type": "about:blank", "title": title, "status": status, "detail": detail.to_string() })
@@ -145,12 +186,14 @@ pub struct Lease {
     pub job: Job,
     /// What is to be done, in JSON.
     pub payload: Arc<str>,
+    /// How many tries it has used up, this one included.
+    pub(super) tries: i64,
 }
 
 impl<'r> FromRow<'r, AnyRow> for Lease {
     fn from_row(row: &'r AnyRow) -> Result<Lease, sqlx::Error> {
         let payload: String = row.try_get("payload")?;
-        Ok(Lease { job: Job::from_row(row)?, payload: payload.into() })
+        Ok(Lease { job: Job::from_row(row)?, payload: payload.into(), tries: row.try_get("tries")? })
     }
 }
 

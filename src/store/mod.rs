@@ -4,9 +4,12 @@
 //! between the two leaves an unnamed blob and never a name without one.
 
 mod blobs;
+mod changes;
 mod database;
+mod directory;
 mod error;
 mod geometry;
+mod health;
 mod idempotency;
 mod job;
 mod page;
@@ -15,23 +18,26 @@ mod queue;
 mod sealed;
 mod shapes;
 mod spectra;
+mod sweep;
 mod tensors;
 mod upgrade;
 
-use std::fs::{self, File, TryLockError};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use sqlx::AnyPool;
-use tokio::sync::watch;
+use tokio::sync::RwLock;
 
 use blobs::Blobs;
-pub use error::StoreError;
-pub use idempotency::Remembered;
-pub use job::{Beat, Job, JobKind, Lease, State, problem};
+use changes::Changes;
+pub use changes::{JobChanges, QueueChanges};
+use directory::Directory;
+pub use error::{Lack, StoreError};
+pub use idempotency::{MEMORY, Remembered, Turn};
+pub use job::{Beat, Job, JobKind, Lease, NewJob, Places, State, Submitted, problem};
 pub use page::Page;
 pub use queue::{LEASE, MAX_TRIES};
-pub use shapes::{Kind, Shape, Source, SourceFile};
+pub use shapes::{Deletion, Kind, Shape, Source, SourceFile};
 pub use spectra::{SpectrumKey, SpectrumTask};
 
 /// Where everything is kept.
@@ -46,9 +52,11 @@ pub struct Config {
 pub struct Store {
     pool: AnyPool,
     blobs: Blobs,
-    changes: watch::Sender<u64>,
-    /// Held, never read: the lock goes when the file is closed.
-    _lock: Arc<File>,
+    changes: Arc<Changes>,
+    turns: Arc<idempotency::Turns>,
+    /// Read by those who write a blob and then the row that names it, written by those who delete what no row names.
+    naming: Arc<RwLock<()>>,
+    directory: Arc<Directory>,
 }
 
 impl Store {
@@ -56,43 +64,31 @@ impl Store {
     /// in the queue: the lock proves that nobody works on them any more.
     ///
     /// # Errors
-    /// [`StoreError::Locked`] when another process has it open; otherwise what the disk or the database said.
+    /// [`StoreError::Locked`] when another process has it open, [`StoreError::Unnamed`] where there are blobs that no
+    /// database names; otherwise what the disk or the database said.
     pub async fn open(config: &Config) -> Result<Store, StoreError> {
-        let blob_dir = config.data_dir.join("blobs");
-        fs::create_dir_all(&blob_dir).map_err(|source| directory(&blob_dir, source))?;
-        let data_dir = config.data_dir.canonicalize().map_err(|source| directory(&config.data_dir, source))?;
-        let lock = lock(&data_dir)?;
-        let blobs = Blobs::local(&blob_dir)?;
-        let pool = database::connected(&data_dir.join("sketchmatch.db")).await?;
-        upgrade::run(&pool, &blobs).await?;
-        let store = Store {
-            pool,
-            blobs,
-            changes: watch::Sender::new(0),
-            _lock: Arc::new(lock),
-        };
+        let path = config.data_dir.clone();
+        let directory = Arc::new(blocking(move || Directory::open(&path)).await?);
+        let blobs = Blobs::local(directory.clone())?;
+        let pool = database::connected(&directory.database()).await?;
+        if let Err(error) = upgrade::run(&pool, &blobs, &directory).await {
+            pool.close().await;
+            return Err(error);
+        }
+        let (changes, turns, naming) = (Arc::default(), Arc::default(), Arc::default());
+        let store = Store { pool, blobs, changes, turns, naming, directory };
         store.reap_all().await?;
-        store.sweep_results().await?;
+        store.sweep().await?;
         Ok(store)
     }
 
-    /// Ok when the database answers.
+    /// Ends the use of the data directory in peace: afterwards the database's file alone is whole, and clones of this
+    /// store fail.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn healthy(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT now_ms FROM clock").execute(&self.pool).await?;
-        Ok(())
-    }
-
-    /// A counter that grows with every change of the queue made by this process: it wakes those who wait for one.
-    /// Changes made by other processes are seen by polling only.
-    pub fn changes(&self) -> watch::Receiver<u64> {
-        self.changes.subscribe()
-    }
-
-    fn announce(&self) {
-        self.changes.send_modify(|count| *count += 1);
+    pub async fn close(&self) -> Result<(), StoreError> {
+        database::close(&self.pool).await
     }
 }
 
@@ -102,20 +98,6 @@ async fn blocking<T: Send + 'static>(
 ) -> Result<T, StoreError> {
     let joined = tokio::task::spawn_blocking(work).await;
     joined.unwrap_or_else(|error| Err(StoreError::damaged("a background task", error)))
-}
-
-fn lock(data_dir: &Path) -> Result<File, StoreError> {
-    let path = data_dir.join("lock");
-    let file = File::create(&path).map_err(|source| directory(&path, source))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StoreError::Locked { data_dir: data_dir.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(directory(&path, source)),
-    }
-}
-
-fn directory(path: &Path, source: std::io::Error) -> StoreError {
-    StoreError::Directory { path: path.to_owned(), source }
 }
 
 #[cfg(test)]
@@ -135,6 +117,15 @@ pub(crate) mod testing {
         Store::open(&Config { data_dir: directory.path().join("data") }).await.unwrap()
     }
 
+    /// Lets jobs that rest be taken again at once, for as long as it is asked.
+    pub(crate) async fn make_rests_short(store: &Store) {
+        loop {
+            sqlx::query("UPDATE jobs SET due_ms = 0 WHERE due_ms > 0").execute(&store.pool).await.unwrap();
+            store.changes.tell_of_queue();
+            tokio::time::sleep(std::time::Duration::from_millis(20)).await;
+        }
+    }
+
     /// A file as failing disks leave it: emptied, cut short, with a page of zeros, with a bit turned over.
     pub(crate) fn damaged(whole: &[u8]) -> [Vec<u8>; 4] {
         let (mut zeroed, mut turned) = (whole.to_vec(), whole.to_vec());
@@ -150,6 +141,9 @@ mod earlier_versions;
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
     use super::testing::fresh;
     use super::*;
 
@@ -160,8 +154,58 @@ mod tests {
         let refusal = Store::open(&config).await.err().unwrap();
         assert!(matches!(refusal, StoreError::Locked { .. }), "{refusal}");
         assert!(refusal.to_string().contains("data is in use by another process"), "{refusal}");
+        std::fs::remove_file(config.data_dir.join("lock")).unwrap();
+        let refusal = Store::open(&config).await.err().unwrap();
+        assert!(matches!(refusal, StoreError::Locked { .. }), "{refusal}");
         drop(store);
         Store::open(&config).await.unwrap().healthy().await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn blobs_without_their_database_are_refused_and_left_alone() {
+        let (directory, store) = fresh().await;
+        let config = Config { data_dir: directory.path().join("data") };
+        store.blobs.put("results/job/1", "answer").await.unwrap();
+        store.close().await.unwrap();
+        drop(store);
+        let database = config.data_dir.join("sketchmatch.db");
+        let elsewhere = directory.path().join("elsewhere.db");
+        fs::rename(&database, &elsewhere).unwrap();
+        for empty in [None, Some("")] {
+            if let Some(bytes) = empty {
+                fs::write(&database, bytes).unwrap();
+            }
+            let refusal = Store::open(&config).await.err().unwrap();
+            assert!(matches!(refusal, StoreError::Unnamed { .. }), "{refusal}");
+            assert!(fs::metadata(&database).map_or(true, |metadata| metadata.len() == 0));
+        }
+        database_without_tables(&database).await;
+        let refusal = Store::open(&config).await.err().unwrap();
+        assert!(matches!(refusal, StoreError::Unnamed { .. }), "{refusal}");
+        fs::rename(&elsewhere, &database).unwrap();
+        // No row names it: it is kept all the same.
+        Store::open(&config).await.unwrap();
+        assert!(config.data_dir.join("blobs/aside/results/job/1").is_file());
+    }
+
+    async fn database_without_tables(path: &Path) {
+        let pool = database::connected(path).await.unwrap();
+        sqlx::query("PRAGMA user_version = 1").execute(&pool).await.unwrap();
+        pool.close().await;
+    }
+
+    #[tokio::test]
+    async fn after_a_close_the_database_alone_is_whole() {
+        let (directory, store) = fresh().await;
+        let places = Places { queue: 1, of_kind: 1 };
+        store.submit(&NewJob::of(JobKind::Match, "1"), places).await.unwrap();
+        store.close().await.unwrap();
+        drop(store);
+        let copy = directory.path().join("copy");
+        fs::create_dir(&copy).unwrap();
+        fs::copy(directory.path().join("data/sketchmatch.db"), copy.join("sketchmatch.db")).unwrap();
+        let copied = Store::open(&Config { data_dir: copy }).await.unwrap();
+        assert_eq!(copied.queued(JobKind::Match).await.unwrap(), 1);
     }
 
     #[tokio::test]

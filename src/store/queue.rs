@@ -1,4 +1,3 @@
-use std::collections::BTreeSet;
 use std::time::Duration;
 
 use bytes::Bytes;
@@ -6,8 +5,9 @@ use serde_json::Value;
 use sqlx::AssertSqlSafe;
 use uuid::Uuid;
 
-use super::idempotency::MEMORY_MS;
-use super::{Beat, Job, JobKind, Lease, Page, State, Store, StoreError, problem};
+use super::{
+    Beat, Job, JobKind, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem,
+};
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
@@ -18,56 +18,89 @@ pub const MAX_TRIES: i64 = 8;
 
 const LEASE_MS: i64 = LEASE.as_millis() as i64;
 
+/// How long a job rests after its first try; every further try doubles it, up to [`LONGEST_REST`].
+const FIRST_REST: Duration = Duration::from_secs(1);
+
+const LONGEST_REST: Duration = Duration::from_secs(60);
+
+/// Rest after so many tries.
+fn rest(tries: i64) -> Duration {
+    let doublings = u32::try_from(tries - 1).unwrap_or(0).min(16);
+    FIRST_REST.saturating_mul(1 << doublings).min(LONGEST_REST)
+}
+
+fn milliseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
+}
+
 impl Store {
-    /// Puts a job into the queue, its payload in JSON; an unfinished job with the same `dedupe` is returned instead of a
-    /// new one.
+    /// Puts a job into the queue, if there is a place for it: of many that come at the same moment no more are taken than
+    /// there are places.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn submit(&self, kind: JobKind, payload: &str, dedupe: Option<&str>) -> Result<Job, StoreError> {
+    pub async fn submit(&self, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
+        let NewJob { kind, payload, mesh, sketch, dedupe, taken_for } = *job;
+        let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
+        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, state, created_ms) \
+                      SELECT $1, $2, $3, $4, $5, $6, 'queued', now_ms FROM clock \
+                      WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
+                      AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
+                      AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5)) \
+                      AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6)) \
+                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
+                      ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
+        let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
+        let query =
+            sqlx::query(insert).bind(&id).bind(kind.as_str()).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
+        let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms);
+        if query.execute(&self.pool).await?.rows_affected() == 1 {
+            self.changes.tell_of_queue();
+            return Ok(self.job(&id).await?.map_or(Submitted::Gone, Submitted::Taken));
+        }
+        if let Some(name) = dedupe
+            && let Some(same) = self.named(name, taken_ms).await?
+        {
+            return Ok(Submitted::Taken(same));
+        }
+        let there = "SELECT ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1)) \
+                     AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2))";
+        let there: i64 = sqlx::query_scalar(there).bind(mesh).bind(sketch).fetch_one(&self.pool).await?;
+        Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
+    }
+
+    /// The job of this name that is unfinished or younger than `taken_ms`.
+    async fn named(&self, dedupe: &str, taken_ms: i64) -> Result<Option<Job>, StoreError> {
         let sql = format!(
-            "INSERT INTO jobs (id, kind, payload, dedupe, priority, state, created_ms) \
-             VALUES ($1, $2, $3, $4, $5, 'queued', (SELECT now_ms FROM clock)) \
-             ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') \
-             DO UPDATE SET dedupe = excluded.dedupe RETURNING {}",
+            "SELECT {} FROM jobs WHERE dedupe = $1 \
+             AND (state IN ('queued', 'running') OR created_ms > (SELECT now_ms FROM clock) - $2) \
+             ORDER BY created_ms DESC, id DESC LIMIT 1",
             Job::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql))
-            .bind(Uuid::now_v7().to_string())
-            .bind(kind.as_str())
-            .bind(payload)
-            .bind(dedupe)
-            .bind(kind.priority());
-        // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
-        let jobs: Vec<Job> = query.fetch_all(&self.pool).await?;
-        self.announce();
-        jobs.into_iter().next().ok_or(StoreError::Database(sqlx::Error::RowNotFound))
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(taken_ms).fetch_optional(&self.pool).await?)
     }
 
-    /// Puts a job into the queue, unless one was put there under the same key within the last 24 hours: that one is
-    /// returned then, whatever has become of it.
+    /// Why the latest job of this name failed, if it did so within `lately`.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn submit_once(&self, kind: JobKind, payload: &str, key: &str) -> Result<Job, StoreError> {
-        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, priority, state, created_ms) \
-                      SELECT $1, $2, $3, $4, $5, 'queued', now_ms FROM clock \
-                      WHERE NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $6) \
-                      ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
-        let query = sqlx::query(insert).bind(Uuid::now_v7().to_string()).bind(kind.as_str()).bind(payload);
-        query.bind(key).bind(kind.priority()).bind(MEMORY_MS).execute(&self.pool).await?;
-        self.announce();
-        let latest =
-            format!("SELECT {} FROM jobs WHERE dedupe = $1 ORDER BY created_ms DESC, id DESC LIMIT 1", Job::COLUMNS);
-        Ok(sqlx::query_as(AssertSqlSafe(latest)).bind(key).fetch_one(&self.pool).await?)
+    pub async fn late_failure(&self, dedupe: &str, lately: Duration) -> Result<Option<Job>, StoreError> {
+        let sql = format!(
+            "SELECT {} FROM jobs WHERE id = (SELECT id FROM jobs WHERE dedupe = $1 ORDER BY created_ms DESC, id DESC LIMIT 1) \
+             AND state = 'failed' AND finished_ms > (SELECT now_ms FROM clock) - $2",
+            Job::COLUMNS
+        );
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(milliseconds(lately));
+        Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Number of jobs that wait for a worker.
+    /// Number of jobs of a kind that wait for a worker.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn queued(&self) -> Result<i64, StoreError> {
-        Ok(sqlx::query_scalar("SELECT count(*) FROM jobs WHERE state = 'queued'").fetch_one(&self.pool).await?)
+    pub async fn queued(&self, kind: JobKind) -> Result<i64, StoreError> {
+        let sql = "SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $1";
+        Ok(sqlx::query_scalar(sql).bind(kind.as_str()).fetch_one(&self.pool).await?)
     }
 
     /// The job as it stands, if there is one.
@@ -98,22 +131,30 @@ impl Store {
         Ok(query.fetch_all(&self.pool).await?)
     }
 
-    /// The first job of the queue, leased to the caller for [`LEASE`]; `None` when nothing waits.
+    /// The first job that waits of the first of `kinds` that has one, leased to the caller for [`LEASE`]; `None` when
+    /// nothing waits that may be taken.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn claim(&self) -> Result<Option<Lease>, StoreError> {
-        let sql = "UPDATE jobs SET state = 'running', attempt = attempt + 1, tries = tries + 1, \
-                   revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
-                   lease_ms = (SELECT now_ms FROM clock) + $1 \
-                   WHERE state = 'queued' AND id = (SELECT id FROM jobs WHERE state = 'queued' \
-                   ORDER BY priority, created_ms, id LIMIT 1) RETURNING *";
-        let leases: Vec<Lease> = sqlx::query_as(sql).bind(LEASE_MS).fetch_all(&self.pool).await?;
-        let lease = leases.into_iter().next();
-        if lease.is_some() {
-            self.announce();
+    pub async fn claim(&self, kinds: &[JobKind]) -> Result<Option<Lease>, StoreError> {
+        let sql = format!(
+            "UPDATE jobs SET state = 'running', attempt = attempt + 1, tries = tries + 1, \
+             revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
+             lease_ms = (SELECT now_ms FROM clock) + $1 \
+             WHERE state = 'queued' AND id = (SELECT id FROM jobs WHERE state = 'queued' AND kind = $2 \
+             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1) RETURNING {}, payload, tries",
+            Job::COLUMNS
+        );
+        for kind in kinds {
+            let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(LEASE_MS).bind(kind.as_str());
+            // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
+            let leases: Vec<Lease> = query.fetch_all(&self.pool).await?;
+            if let Some(lease) = leases.into_iter().next() {
+                self.changes.tell_of_job(&lease.job.id, Some(State::Running));
+                return Ok(Some(lease));
+            }
         }
-        Ok(lease)
+        Ok(None)
     }
 
     /// Reports progress, extends the lease and asks whether to go on, all in one.
@@ -129,7 +170,7 @@ impl Store {
         let Job { id, attempt, .. } = &lease.job;
         let query = sqlx::query(sql).bind(id).bind(attempt).bind(stage).bind(fraction).bind(LEASE_MS);
         if query.execute(&self.pool).await?.rows_affected() == 1 {
-            self.announce();
+            self.changes.tell_of_job(id, Some(State::Running));
             return Ok(Beat::Held);
         }
         let ended = self.job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
@@ -147,7 +188,8 @@ impl Store {
         let sql = "UPDATE jobs SET state = 'succeeded', result = $3, stage = 'finished', fraction = 1, \
                    revision = revision + 1, lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";
-        let published = self.changed(sqlx::query(sql).bind(id).bind(attempt).bind(&name)).await?;
+        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name);
+        let published = self.changed(id, State::Succeeded, query).await?;
         // A lease that published before is refused too, but then the job names this very blob.
         let named = "SELECT id FROM jobs WHERE id = $1 AND result = $2";
         if !published && sqlx::query(named).bind(id).bind(&name).fetch_optional(&self.pool).await?.is_none() {
@@ -156,18 +198,28 @@ impl Store {
         Ok(published)
     }
 
-    /// Ends the job with an error, or with `retry` puts it back into the queue as long as it has tries left; false
-    /// when the lease was lost.
+    /// Ends the job with an error; false when the lease was lost.
     ///
     /// # Errors
     /// What the database said; the job is then still running.
-    pub async fn fail(&self, lease: &Lease, error: &Value, retry: bool) -> Result<bool, StoreError> {
-        if retry && self.requeue(lease, 0, MAX_TRIES).await? {
-            return Ok(true);
-        }
+    pub async fn fail(&self, lease: &Lease, error: &Value) -> Result<bool, StoreError> {
         let sql = "UPDATE jobs SET state = 'failed', error = $3, revision = revision + 1, lease_ms = NULL, \
                    finished_ms = (SELECT now_ms FROM clock) WHERE id = $1 AND attempt = $2 AND state = 'running'";
-        self.changed(sqlx::query(sql).bind(&lease.job.id).bind(lease.job.attempt).bind(error.to_string())).await
+        let Job { id, attempt, .. } = &lease.job;
+        self.changed(id, State::Failed, sqlx::query(sql).bind(id).bind(attempt).bind(error.to_string())).await
+    }
+
+    /// Puts the job back into the queue after a try that failed, to rest longer after every one; ends it with the error
+    /// when it has no tries left. What state it is in now; nothing when the lease was lost.
+    ///
+    /// # Errors
+    /// What the database said; the job is then still running.
+    pub async fn retry(&self, lease: &Lease, error: &Value) -> Result<Option<State>, StoreError> {
+        let requeue = Requeue { given_back: 0, limit: MAX_TRIES, rest: rest(lease.tries) };
+        if self.requeue(lease, requeue).await? {
+            return Ok(Some(State::Queued));
+        }
+        Ok(self.fail(lease, error).await?.then_some(State::Failed))
     }
 
     /// Gives the job back unfinished without using up a try: for a worker that is told to stop. False when the lease
@@ -176,43 +228,57 @@ impl Store {
     /// # Errors
     /// What the database said; the lease then runs out by itself.
     pub async fn release(&self, lease: &Lease) -> Result<bool, StoreError> {
-        self.requeue(lease, 1, i64::MAX).await
+        self.requeue(lease, Requeue { given_back: 1, limit: i64::MAX, rest: Duration::ZERO }).await
     }
 
-    /// Puts a leased job back, with some tries given back, if it has used up fewer than `limit`.
-    async fn requeue(&self, lease: &Lease, given_back: i64, limit: i64) -> Result<bool, StoreError> {
+    /// Gives the job back as [`release`](Self::release) does, to rest longer the more often it was claimed: for a
+    /// process that lacks what it takes.
+    ///
+    /// # Errors
+    /// What the database said; the lease then runs out by itself.
+    pub async fn postpone(&self, lease: &Lease) -> Result<bool, StoreError> {
+        self.requeue(lease, Requeue { given_back: 1, limit: i64::MAX, rest: rest(lease.job.attempt) }).await
+    }
+
+    async fn requeue(&self, lease: &Lease, requeue: Requeue) -> Result<bool, StoreError> {
         let sql = "UPDATE jobs SET state = 'queued', tries = tries - $3, revision = revision + 1, stage = NULL, \
-                   fraction = 0, started_ms = NULL, lease_ms = NULL \
+                   fraction = 0, started_ms = NULL, lease_ms = NULL, due_ms = (SELECT now_ms FROM clock) + $5 \
                    WHERE id = $1 AND attempt = $2 AND state = 'running' AND tries < $4";
-        let query = sqlx::query(sql).bind(&lease.job.id).bind(lease.job.attempt);
-        self.changed(query.bind(given_back).bind(limit)).await
+        let Job { id, attempt, .. } = &lease.job;
+        let query = sqlx::query(sql).bind(id).bind(attempt).bind(requeue.given_back).bind(requeue.limit);
+        self.changed(id, State::Queued, query.bind(milliseconds(requeue.rest))).await
     }
 
-    /// Cancels a job that has not ended and returns it as it now stands; whoever works on it is told at its next beat.
+    /// Cancels a job that has not ended and returns it as it now stands; whoever works on it is told at once, in another
+    /// process at its next beat.
     ///
     /// # Errors
     /// What the database said.
     pub async fn cancel(&self, id: &str) -> Result<Option<Job>, StoreError> {
         let sql = "UPDATE jobs SET state = 'cancelled', revision = revision + 1, lease_ms = NULL, \
                    finished_ms = (SELECT now_ms FROM clock) WHERE id = $1 AND state IN ('queued', 'running')";
-        self.changed(sqlx::query(sql).bind(id)).await?;
+        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id)).await?;
         self.job(id).await
     }
 
-    /// Forgets a finished job and its result; false when there is no such job or it has not ended.
+    /// Forgets a finished job, its result and the answers under a key that name it; false when there is no such job or it has not ended.
     ///
     /// # Errors
     /// What the database or the disk said.
     pub async fn delete(&self, id: &str) -> Result<bool, StoreError> {
         let sql = "DELETE FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'cancelled') RETURNING result";
-        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).fetch_all(&self.pool).await?;
+        let mut transaction = self.pool.begin().await?;
+        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).fetch_all(&mut *transaction).await?;
+        if results.is_empty() {
+            return Ok(false);
+        }
+        idempotency::forget(&mut transaction, id).await?;
+        transaction.commit().await?;
         for name in results.iter().flatten() {
             self.blobs.delete(name).await?;
         }
-        if !results.is_empty() {
-            self.announce();
-        }
-        Ok(!results.is_empty())
+        self.changes.tell_of_job(id, None);
+        Ok(true)
     }
 
     /// The result of a job that succeeded.
@@ -256,35 +322,34 @@ impl Store {
         let query = sqlx::query(sql).bind(MAX_TRIES).bind(abandoned().to_string()).bind(end_ms);
         let reaped = query.execute(&self.pool).await?.rows_affected();
         if reaped > 0 {
-            self.announce();
+            self.changes.tell_of_queue();
+            self.changes.tell_of_all_jobs();
         }
         Ok(reaped)
     }
 
-    /// Deletes results that no job names: those of attempts that died between the blob and the row.
-    pub(super) async fn sweep_results(&self) -> Result<(), StoreError> {
-        let sql = "SELECT result FROM jobs WHERE result IS NOT NULL";
-        let named: Vec<String> = sqlx::query_scalar(sql).fetch_all(&self.pool).await?;
-        let named: BTreeSet<String> = named.into_iter().collect();
-        for name in self.blobs.names("results").await? {
-            if !named.contains(&name) {
-                self.blobs.delete(&name).await?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Carries out a change of at most one job, tells those who wait, and returns whether there was one.
+    /// Carries out a change of one job to `state`, tells those who wait, and returns whether there was one.
     async fn changed(
         &self,
+        id: &str,
+        state: State,
         query: sqlx::query::Query<'_, sqlx::Any, sqlx::any::AnyArguments>,
     ) -> Result<bool, StoreError> {
         let changed = query.execute(&self.pool).await?.rows_affected() > 0;
         if changed {
-            self.announce();
+            self.changes.tell_of_job(id, Some(state));
+            self.changes.tell_of_queue();
         }
         Ok(changed)
     }
+}
+
+/// How a job goes back into the queue: with some tries given back, if it has used up fewer than `limit`, to rest before
+/// it is taken again.
+struct Requeue {
+    given_back: i64,
+    limit: i64,
+    rest: Duration,
 }
 
 fn abandoned() -> Value {

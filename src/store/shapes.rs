@@ -5,7 +5,7 @@ use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
 
 use super::geometry::{self, Encoded};
-use super::{Page, Store, StoreError, blocking, page};
+use super::{Page, Store, StoreError, blocking, idempotency, page};
 use crate::mesh::TriangleMesh;
 use crate::sketch::Sketch;
 
@@ -54,6 +54,25 @@ impl Source {
     fn blob(&self) -> String {
         format!("files/{}", blake3::hash(&self.bytes).to_hex())
     }
+}
+
+/// What the row of an upload says beside what is told of it.
+struct NewRow<'a> {
+    id: &'a str,
+    kind: Kind,
+    geometry: &'a str,
+    file: &'a str,
+    media_type: &'a str,
+}
+
+/// What became of a shape that was to be deleted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deletion {
+    Done,
+    /// An unfinished job needs it: it stays.
+    Needed,
+    /// There is no such shape.
+    Missing,
 }
 
 /// A file that was uploaded.
@@ -159,20 +178,73 @@ impl Store {
             Ok((source.id(kind, &geometry.name), source.blob(), geometry, source))
         };
         let (id, file, geometry, source) = blocking(hashed).await?;
-        self.blobs.put(&geometry::blob(&geometry.name), geometry.bytes).await?;
-        self.blobs.put(&file, source.bytes).await?;
+        let (store, name) = (self.clone(), name.map(str::to_owned));
+        // Carried through even where who asked for it hangs up: a blob is not to be left without its row.
+        let kept = tokio::spawn(async move {
+            let _naming = store.naming.read().await;
+            store.blobs.put(&geometry::blob(&geometry.name), geometry.bytes).await?;
+            store.blobs.put(&file, source.bytes).await?;
+            let row = NewRow { id: &id, kind, geometry: &geometry.name, file: &file, media_type: &source.media_type };
+            store.insert_row(row, name.as_deref(), &body).await
+        });
+        kept.await.unwrap_or_else(|error| Err(StoreError::damaged("a background task", error)))
+    }
+
+    async fn insert_row(&self, row: NewRow<'_>, name: Option<&str>, body: &Value) -> Result<(Shape, bool), StoreError> {
+        let NewRow { id, kind, geometry, file, media_type } = row;
         let sql = "INSERT INTO shapes (id, kind, name, body, geometry, file, media_type, created_ms) \
                    VALUES ($1, $2, $3, $4, $5, $6, $7, (SELECT now_ms FROM clock)) ON CONFLICT (id) DO NOTHING";
         let body = body.to_string();
-        let query = sqlx::query(sql).bind(&id).bind(kind.as_str()).bind(name).bind(&body);
-        let query = query.bind(&geometry.name).bind(&file).bind(&source.media_type);
+        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(&body);
+        let query = query.bind(geometry).bind(file).bind(media_type);
         let new = query.execute(&self.pool).await?.rows_affected() == 1;
         if !new {
             let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3 WHERE id = $1";
-            sqlx::query(sql).bind(&id).bind(name).bind(&body).execute(&self.pool).await?;
+            sqlx::query(sql).bind(id).bind(name).bind(&body).execute(&self.pool).await?;
         }
-        let shape = self.shape(kind, &id).await?.ok_or(sqlx::Error::RowNotFound)?;
+        let shape = self.shape(kind, id).await?.ok_or(sqlx::Error::RowNotFound)?;
         Ok((shape, new))
+    }
+
+    /// Calls a shape by another name, or by none; nothing where there is no such shape.
+    ///
+    /// # Errors
+    /// What the database said.
+    pub async fn rename(&self, kind: Kind, id: &str, name: Option<&str>) -> Result<Option<Shape>, StoreError> {
+        let sql = "UPDATE shapes SET name = $3 WHERE id = $1 AND kind = $2";
+        sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).execute(&self.pool).await?;
+        self.shape(kind, id).await
+    }
+
+    /// Forgets a shape that no unfinished job needs, the answers under a key that name it, and its blobs where no other
+    /// upload shares them.
+    ///
+    /// # Errors
+    /// What the database or the disk said.
+    pub async fn delete_shape(&self, kind: Kind, id: &str) -> Result<Deletion, StoreError> {
+        let Some(shape) = self.shape(kind, id).await? else { return Ok(Deletion::Missing) };
+        let _naming = self.naming.write().await;
+        let mut transaction = self.pool.begin().await?;
+        let sql = "DELETE FROM shapes WHERE id = $1 AND kind = $2 AND NOT EXISTS (SELECT 1 FROM jobs \
+                   WHERE state IN ('queued', 'running') AND (mesh = $1 OR sketch = $1))";
+        let deleted = sqlx::query(sql).bind(id).bind(kind.as_str()).execute(&mut *transaction).await?;
+        if deleted.rows_affected() == 0 {
+            drop(transaction);
+            return Ok(if self.shape(kind, id).await?.is_some() { Deletion::Needed } else { Deletion::Missing });
+        }
+        idempotency::forget(&mut transaction, id).await?;
+        transaction.commit().await?;
+        let shared = "SELECT id FROM shapes WHERE geometry = $1 LIMIT 1";
+        if sqlx::query(shared).bind(&shape.geometry).fetch_optional(&self.pool).await?.is_none() {
+            self.blobs.delete(&geometry::blob(&shape.geometry)).await?;
+        }
+        let shared = "SELECT id FROM shapes WHERE file = $1 LIMIT 1";
+        if let Some((file, _)) = &shape.file
+            && sqlx::query(shared).bind(file).fetch_optional(&self.pool).await?.is_none()
+        {
+            self.blobs.delete(file).await?;
+        }
+        Ok(Deletion::Done)
     }
 
     /// The shape with this id, if there is one of this kind.

@@ -2,14 +2,21 @@ use serde::de::IgnoredAny;
 use sqlx::AnyPool;
 
 use super::blobs::Blobs;
+use super::directory::Directory;
 use super::{StoreError, database};
 
 /// The first migration of a version that puts a checksum behind every blob.
 const SEALED: i64 = 3;
 
 /// Brings tables and blobs of an earlier version up to the present. Ended in the middle, it goes on at the next start.
-pub(super) async fn run(pool: &AnyPool, blobs: &Blobs) -> Result<(), StoreError> {
+///
+/// # Errors
+/// [`StoreError::Unnamed`] where there are blobs and the database has no tables; what the disk or the database said.
+pub(super) async fn run(pool: &AnyPool, blobs: &Blobs, directory: &Directory) -> Result<(), StoreError> {
     let version = database::version(pool).await?;
+    if version == 0 && directory.has_blobs()? {
+        return Err(StoreError::Unnamed { data_dir: directory.path().to_owned() });
+    }
     if (1..SEALED).contains(&version) {
         tracing::info!("checksums are put behind the blobs of the version before");
         seal(blobs).await?;

@@ -3,62 +3,36 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
 
-use bytes::Bytes;
-use rayon::ThreadPool;
-use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
-use tokio_util::sync::CancellationToken;
 
+use super::bench::{Bench, Outcome};
 use super::failure::Failure;
 use super::measures::{self, Ended};
-use super::preparations::CachedPreparations;
 use super::progress::Progress;
-use super::spectra::CachedSpectra;
-use crate::store::{Beat, Lease, Store, StoreError};
+use super::report;
+use crate::store::Lease;
 
-/// How often progress is reported, and cancelling noticed; a fraction of the lease.
+/// How often progress is reported and the lease extended, a fraction of it.
 const BEAT: Duration = Duration::from_millis(500);
-
-/// What every attempt works with.
-pub(super) struct Bench {
-    pub store: Store,
-    pub spectra: CachedSpectra,
-    pub preparations: CachedPreparations,
-    pub runtime: Handle,
-    /// Cancelled when running jobs are to be given back.
-    pub stop: CancellationToken,
-    pool: ThreadPool,
-    body: Box<Body>,
-}
-
-/// What a job does, on a thread of the pool.
-type Body = dyn Fn(&Bench, &Lease, &Progress) -> Outcome + Send + Sync;
-
-/// The result's bytes.
-pub(super) type Outcome = Result<Bytes, Failure>;
-
-impl Bench {
-    /// A bench whose computations wait for the store by the calling runtime.
-    pub fn new(store: Store, pool: ThreadPool, body: Box<Body>) -> Bench {
-        let spectra = CachedSpectra::new(store.clone());
-        let preparations = CachedPreparations::new(store.clone());
-        Bench { store, spectra, preparations, runtime: Handle::current(), stop: CancellationToken::new(), pool, body }
-    }
-}
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
 pub(super) async fn attempt(bench: &Arc<Bench>, lease: Lease) {
+    let (job, kind, attempt) = (lease.job.id.as_str(), lease.job.kind.as_str(), lease.job.attempt);
+    tracing::info!(job, kind, attempt, "a job begins");
     let measured = measures::Attempt::begin(lease.job.kind);
     let ended = carry_out(bench, &lease).await;
-    measured.end(ended);
+    let seconds = measured.end(ended);
+    tracing::info!(job, kind, attempt, outcome = ended.name(), seconds, "a job ends");
 }
 
 async fn carry_out(bench: &Arc<Bench>, lease: &Lease) -> Ended {
     let progress = Arc::new(Progress::default());
+    let mut changes = bench.store.job_changes(&lease.job.id);
     let mut ended = start(bench, lease.clone(), progress.clone());
-    let mut timer = interval_at(Instant::now() + BEAT, BEAT);
+    let begun = Instant::now();
+    let mut timer = interval_at(begun + BEAT, BEAT);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut taken_away = None;
     loop {
@@ -68,36 +42,28 @@ async fn carry_out(bench: &Arc<Bench>, lease: &Lease) -> Ended {
                 let outcome = outcome.unwrap_or_else(|_| Err(Failure::internal("the thread is gone", true)));
                 return match taken_away {
                     Some(ended) => ended,
-                    None => report(&bench.store, lease, outcome).await.unwrap_or_else(unreported),
+                    None => report::until_told(bench, lease, &progress, &outcome).await,
                 };
             }
             () = bench.stop.cancelled() => {
                 progress.stop();
                 return match taken_away {
                     Some(ended) => ended,
-                    None => released(&bench.store, lease).await.unwrap_or_else(unreported),
+                    None => report::released(bench, lease).await,
                 };
             }
+            () = changes.cancelled(), if taken_away.is_none() => taken_away = Some(Ended::Cancelled),
             _ = timer.tick(), if taken_away.is_none() => {
-                taken_away = beaten(&bench.store, lease, &progress).await;
-                if taken_away.is_some() {
-                    progress.stop();
-                }
+                taken_away = if begun.elapsed() < bench.longest_job {
+                    report::beaten(&bench.store, lease, &progress).await
+                } else {
+                    let overdue = Err(Failure::overdue(bench.longest_job));
+                    Some(report::until_told(bench, lease, &progress, &overdue).await)
+                };
             }
         }
-    }
-}
-
-/// Reports progress; how the attempt ended for us if the job is ours no more.
-async fn beaten(store: &Store, lease: &Lease, progress: &Progress) -> Option<Ended> {
-    let (stage, fraction) = progress.at();
-    match store.beat(lease, stage, fraction).await {
-        Ok(Beat::Held) => None,
-        Ok(Beat::Cancelled) => Some(Ended::Cancelled),
-        Ok(Beat::Lost) => Some(Ended::Lost),
-        Err(error) => {
-            tracing::error!(%error, "a job's progress cannot be reported");
-            None
+        if taken_away.is_some() {
+            progress.stop();
         }
     }
 }
@@ -113,32 +79,6 @@ fn start(bench: &Arc<Bench>, lease: Lease, progress: Arc<Progress>) -> oneshot::
         let _ = sender.send(outcome);
     });
     receiver
-}
-
-async fn report(store: &Store, lease: &Lease, outcome: Outcome) -> Result<Ended, StoreError> {
-    let failure = match outcome {
-        Ok(result) => match store.succeed(lease, result).await {
-            Ok(published) => return Ok(if published { Ended::Succeeded } else { Ended::Lost }),
-            Err(error) => Failure::from(error),
-        },
-        Err(failure) => failure,
-    };
-    match failure {
-        Failure::Stopped => released(store, lease).await,
-        Failure::Problem { problem, retry } => {
-            Ok(if store.fail(lease, &problem, retry).await? { Ended::Failed } else { Ended::Lost })
-        }
-    }
-}
-
-async fn released(store: &Store, lease: &Lease) -> Result<Ended, StoreError> {
-    Ok(if store.release(lease).await? { Ended::Released } else { Ended::Lost })
-}
-
-/// What is not reported now is found out when the lease runs out.
-fn unreported(error: StoreError) -> Ended {
-    tracing::error!(%error, "a job cannot be reported on");
-    Ended::Lost
 }
 
 fn message(panic: Box<dyn Any + Send>) -> String {

@@ -1,7 +1,7 @@
 use bytes::Bytes;
 use serde_json::json;
 
-use super::attempt::Bench;
+use super::bench::Bench;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::mesh::connectivity;

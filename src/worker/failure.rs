@@ -1,4 +1,5 @@
 use std::fmt::Display;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -13,6 +14,8 @@ use crate::store::{StoreError, problem};
 pub(super) enum Failure {
     /// It was told to stop.
     Stopped,
+    /// The process lacked what it takes, which is no fault of the job.
+    Lacking,
     /// It cannot succeed, or with `retry` may do so another time.
     Problem { problem: Value, retry: bool },
 }
@@ -25,6 +28,11 @@ impl Failure {
             problem["errors"] = json!(faults);
         }
         Failure::Problem { problem, retry: false }
+    }
+
+    /// It took longer than a job may.
+    pub fn overdue(longest: Duration) -> Failure {
+        Failure::refused(format_args!("it took longer than the {} s a job may take here", longest.as_secs_f64()), &[])
     }
 
     /// The fault is ours: `cause` is for the log.
@@ -54,6 +62,10 @@ impl Failure {
 
 impl From<StoreError> for Failure {
     fn from(error: StoreError) -> Failure {
+        if error.lack().is_some() {
+            tracing::warn!(%error, "a job cannot be carried out now");
+            return Failure::Lacking;
+        }
         let Some(remedy) = error.remedy() else { return Failure::internal(error, true) };
         tracing::error!(%error, "a job failed");
         Failure::Problem { problem: problem(500, "Internal Server Error", remedy), retry: false }
@@ -92,7 +104,7 @@ mod tests {
     /// The status of the problem a job is left with; nothing where it was stopped.
     fn status(failure: impl Into<Failure>) -> Option<u64> {
         match failure.into() {
-            Failure::Stopped => None,
+            Failure::Stopped | Failure::Lacking => None,
             Failure::Problem { problem, .. } => problem["status"].as_u64(),
         }
     }

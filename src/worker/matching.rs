@@ -2,7 +2,7 @@ use std::time::Instant;
 
 use bytes::Bytes;
 
-use super::attempt::Bench;
+use super::bench::Bench;
 use super::failure::Failure;
 use super::measures;
 use super::progress::Progress;

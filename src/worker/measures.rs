@@ -3,17 +3,21 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use metrics::{counter, gauge, histogram};
+use metrics::{counter, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
 
-use crate::pipeline::TOTAL;
+use crate::pipeline::{Stage, TOTAL};
 use crate::store::JobKind;
 
 /// How an attempt at a job came to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ended {
     Succeeded,
-    /// With a problem; the job may be tried again.
+    /// With a problem.
     Failed,
+    /// With a problem, to be tried again.
+    Retried,
+    /// Given back because the process lacks what it takes.
+    Postponed,
     /// By a client.
     Cancelled,
     /// Given back because the worker stops.
@@ -23,10 +27,23 @@ pub(super) enum Ended {
 }
 
 impl Ended {
-    fn name(self) -> &'static str {
+    const ALL: [Ended; 7] = [
+        Ended::Succeeded,
+        Ended::Failed,
+        Ended::Retried,
+        Ended::Postponed,
+        Ended::Cancelled,
+        Ended::Released,
+        Ended::Lost,
+    ];
+
+    /// The name in measures and log lines.
+    pub fn name(self) -> &'static str {
         match self {
             Ended::Succeeded => "succeeded",
             Ended::Failed => "failed",
+            Ended::Retried => "retried",
+            Ended::Postponed => "postponed",
             Ended::Cancelled => "cancelled",
             Ended::Released => "released",
             Ended::Lost => "lost",
@@ -34,7 +51,30 @@ impl Ended {
     }
 }
 
-/// An attempt under way: one of `jobs_running`.
+const RUNNING: &str = "sketchmatch_jobs_running";
+const ENDED: &str = "sketchmatch_jobs_total";
+const SECONDS: &str = "sketchmatch_job_seconds";
+const STAGE_SECONDS: &str = "sketchmatch_stage_seconds";
+
+/// Says what is measured here and sets it to nothing, so that what has not happened yet is 0 and not unknown.
+pub(super) fn describe() {
+    describe_gauge!(RUNNING, "Jobs that are being computed.");
+    describe_counter!(ENDED, "Attempts at jobs that came to an end, by kind and outcome.");
+    describe_histogram!(SECONDS, "Seconds from the begin of an attempt at a job to its end, by kind.");
+    describe_histogram!(STAGE_SECONDS, "Seconds a match spent in a stage.");
+    gauge!(RUNNING).set(0);
+    for kind in JobKind::ALL {
+        let _ = histogram!(SECONDS, "kind" => kind.as_str());
+        for outcome in Ended::ALL {
+            counter!(ENDED, "kind" => kind.as_str(), "outcome" => outcome.name()).absolute(0);
+        }
+    }
+    for stage in Stage::ALL {
+        let _ = histogram!(STAGE_SECONDS, "stage" => stage.name());
+    }
+}
+
+/// An attempt under way: one of [`RUNNING`].
 pub(super) struct Attempt {
     kind: JobKind,
     begun: Instant,
@@ -42,28 +82,29 @@ pub(super) struct Attempt {
 
 impl Attempt {
     pub fn begin(kind: JobKind) -> Attempt {
-        gauge!("jobs_running").increment(1);
+        gauge!(RUNNING).increment(1);
         Attempt { kind, begun: Instant::now() }
     }
 
-    /// Counts the attempt in `jobs_total` and its time in `job_seconds`.
-    pub fn end(self, ended: Ended) {
-        let kind = self.kind.as_str();
-        counter!("jobs_total", "kind" => kind, "outcome" => ended.name()).increment(1);
-        histogram!("job_seconds", "kind" => kind).record(self.begun.elapsed().as_secs_f64());
+    /// Counts the attempt and its time, and returns the seconds it took.
+    pub fn end(self, ended: Ended) -> f64 {
+        let (kind, seconds) = (self.kind.as_str(), self.begun.elapsed().as_secs_f64());
+        counter!(ENDED, "kind" => kind, "outcome" => ended.name()).increment(1);
+        histogram!(SECONDS, "kind" => kind).record(seconds);
+        seconds
     }
 }
 
 impl Drop for Attempt {
     fn drop(&mut self) {
-        gauge!("jobs_running").decrement(1);
+        gauge!(RUNNING).decrement(1);
     }
 }
 
-/// Takes the times of a match's stages, in milliseconds, into `stage_seconds`.
+/// Takes the times of a match's stages, in milliseconds, into [`STAGE_SECONDS`].
 pub(super) fn stages(milliseconds: &BTreeMap<String, f64>) {
     for (stage, taken) in milliseconds.iter().filter(|(stage, _)| *stage != TOTAL) {
-        histogram!("stage_seconds", "stage" => stage.clone()).record(taken / 1e3);
+        histogram!(STAGE_SECONDS, "stage" => stage.clone()).record(taken / 1e3);
     }
 }
 
@@ -77,16 +118,21 @@ mod tests {
     fn attempts_and_stages_are_measured_by_name() {
         let recorder = PrometheusBuilder::new().build_recorder();
         let text = metrics::with_local_recorder(&recorder, || {
+            describe();
             let _running = Attempt::begin(JobKind::Match);
             Attempt::begin(JobKind::Spectrum).end(Ended::Cancelled);
             stages(&BTreeMap::from([("map".to_owned(), 250.0), (TOTAL.to_owned(), 300.0)]));
             recorder.handle().render()
         });
         for line in [
-            "jobs_running 1",
-            "jobs_total{kind=\"spectrum\",outcome=\"cancelled\"} 1",
-            "job_seconds_count{kind=\"spectrum\"} 1",
-            "stage_seconds_sum{stage=\"map\"} 0.25",
+            "# HELP sketchmatch_jobs_running Jobs that are being computed.",
+            "sketchmatch_jobs_running 1",
+            "sketchmatch_jobs_total{kind=\"spectrum\",outcome=\"cancelled\"} 1",
+            "sketchmatch_jobs_total{kind=\"match\",outcome=\"failed\"} 0",
+            "sketchmatch_job_seconds_count{kind=\"spectrum\"} 1",
+            "sketchmatch_job_seconds_count{kind=\"match\"} 0",
+            "sketchmatch_stage_seconds_sum{stage=\"map\"} 0.25",
+            "sketchmatch_stage_seconds_count{stage=\"regions\"} 0",
         ] {
             assert!(text.lines().any(|found| found == line), "{line}: {text}");
         }

@@ -4,6 +4,7 @@
 //! queue; a task beside it reports its progress, extends the lease and passes on that somebody cancelled it.
 
 mod attempt;
+mod bench;
 mod decomposition;
 mod failure;
 mod flights;
@@ -12,6 +13,8 @@ mod measures;
 mod pool;
 mod preparations;
 mod progress;
+mod report;
+mod shares;
 mod spectra;
 
 use std::num::NonZero;
@@ -26,10 +29,11 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::store::{JobKind, LEASE, Lease, Store};
-use attempt::{Bench, Outcome};
+use bench::{Bench, Outcome};
 use progress::Progress;
+use shares::Shares;
 
-/// How often the queue is looked at when nobody tells of a change: other processes cannot.
+/// How often the queue is looked at when nobody tells of a change: jobs that have rested enough do not.
 const POLL: Duration = Duration::from_secs(1);
 
 /// How the worker behaves.
@@ -39,12 +43,14 @@ pub struct Config {
     pub workers: usize,
     /// How long running jobs may go on after the stop, before they are given back to the queue.
     pub grace: Duration,
+    /// How long a job may take, after which it fails.
+    pub longest_job: Duration,
 }
 
 impl Default for Config {
     fn default() -> Config {
         let workers = thread::available_parallelism().map_or(1, NonZero::get);
-        Config { workers, grace: Duration::from_secs(20) }
+        Config { workers, grace: Duration::from_secs(20), longest_job: Duration::from_secs(3600) }
     }
 }
 
@@ -54,7 +60,8 @@ impl Default for Config {
 /// The system refused the threads.
 pub async fn run(store: Store, config: Config, shutdown: CancellationToken) -> Result<(), ThreadPoolBuildError> {
     let pool = pool::of(config.workers.max(1))?;
-    work(&Arc::new(Bench::new(store, pool, Box::new(compute))), &config, &shutdown).await;
+    measures::describe();
+    work(&Arc::new(Bench::new(store, pool, config.longest_job, Box::new(compute))), &config, &shutdown).await;
     Ok(())
 }
 
@@ -77,20 +84,27 @@ async fn work(bench: &Arc<Bench>, config: &Config, shutdown: &CancellationToken)
 
 /// Claims jobs as threads become free. A claim that has begun is carried through: a job must not be leased to nobody.
 async fn claim_until(shutdown: &CancellationToken, bench: &Arc<Bench>, attempts: &TaskTracker, workers: usize) {
-    let slots = Arc::new(Semaphore::new(workers));
-    let mut changes = bench.store.changes();
+    let (slots, shares) = (Arc::new(Semaphore::new(workers)), Arc::new(Shares::new(workers)));
+    let mut changes = bench.store.queue_changes();
     while let Some(Ok(slot)) = shutdown.run_until_cancelled(slots.clone().acquire_owned()).await {
-        changes.mark_unchanged();
-        match bench.store.claim().await {
+        changes.seen();
+        match bench.store.claim(&shares.turn()).await {
             Ok(Some(lease)) => {
-                let bench = bench.clone();
+                let (bench, share) = (bench.clone(), shares.take(lease.job.kind));
                 attempts.spawn(async move {
                     attempt::attempt(&bench, lease).await;
-                    drop(slot);
+                    drop((slot, share));
                 });
             }
             Ok(None) => {
-                shutdown.run_until_cancelled(timeout(POLL, changes.changed())).await;
+                let work = async {
+                    tokio::select! {
+                        () = changes.changed() => {}
+                        () = shares.freed.notified() => {}
+                        () = sleep(POLL) => {}
+                    }
+                };
+                shutdown.run_until_cancelled(work).await;
             }
             Err(error) => {
                 tracing::error!(%error, "no job can be claimed");
@@ -105,7 +119,7 @@ async fn reap_until(shutdown: &CancellationToken, store: &Store) {
     while shutdown.run_until_cancelled(sleep(LEASE / 3)).await.is_some() {
         match store.reap().await {
             Ok(0) => {}
-            Ok(jobs) => tracing::warn!(jobs, "leases ran out"),
+            Ok(jobs) => tracing::warn!(jobs, "leases ran out: the jobs are queued again, or failed at their last try"),
             Err(error) => tracing::error!(%error, "leases cannot be checked"),
         }
     }

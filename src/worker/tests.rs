@@ -11,8 +11,8 @@ use super::*;
 use crate::mesh::TriangleMesh;
 use crate::numerics::Watch;
 use crate::spectral::Boundary;
-use crate::store::testing::fresh;
-use crate::store::{Job, Kind, Source, SpectrumKey, SpectrumTask, State};
+use crate::store::testing::{fresh, make_rests_short};
+use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, SpectrumTask, State, Submitted};
 
 /// A worker in the background, on a store of its own.
 struct Running {
@@ -27,8 +27,8 @@ impl Running {
         let (directory, store) = fresh().await;
         let shutdown = CancellationToken::new();
         let pool = pool::of(config.workers).unwrap();
-        let bench =
-            Arc::new(Bench::new(store.clone(), pool, Box::new(move |_, lease, progress| body(lease, progress))));
+        let body = Box::new(move |_: &Bench, lease: &Lease, progress: &Progress| body(lease, progress));
+        let bench = Arc::new(Bench::new(store.clone(), pool, config.longest_job, body));
         let token = shutdown.clone();
         let worker = tokio::spawn(async move { work(&bench, &config, &token).await });
         Running { _directory: directory, store, shutdown, worker }
@@ -44,20 +44,28 @@ impl Running {
     }
 
     async fn submit(&self, payload: Value) -> String {
-        self.store.submit(JobKind::Match, &payload.to_string(), None).await.unwrap().id
+        self.submit_of(JobKind::Match, payload).await
+    }
+
+    async fn submit_of(&self, kind: JobKind, payload: Value) -> String {
+        let places = Places { queue: 1000, of_kind: 1000 };
+        match self.store.submit(&NewJob::of(kind, &payload.to_string()), places).await.unwrap() {
+            Submitted::Taken(job) => job.id,
+            refused => panic!("{refused:?}"),
+        }
     }
 
     /// The job as soon as it is in this state.
     async fn reaches(&self, id: &str, state: State) -> Job {
-        let mut changes = self.store.changes();
+        let mut changes = self.store.job_changes(id);
         loop {
-            changes.mark_unchanged();
+            changes.seen();
             let job = self.store.job(id).await.unwrap().unwrap();
             if job.state == state {
                 return job;
             }
             assert!(!job.state.finished(), "{job:?}");
-            changes.changed().await.unwrap();
+            changes.changed().await;
         }
     }
 
@@ -78,6 +86,7 @@ fn as_told(lease: &Lease, progress: &Progress) -> Outcome {
         Some("panic") => panic!("as told"),
         Some("fail") => Err(Failure::refused("as told", &[])),
         Some("try again") => Err(Failure::internal("as told", true)),
+        Some("lack") if lease.job.attempt < 4 => Err(Failure::Lacking),
         Some("go on") => loop {
             if Watch::proceed(progress, 0.5).is_err() {
                 return Err(Failure::Stopped);
@@ -116,6 +125,9 @@ async fn a_panic_fails_the_job_and_spares_the_thread() {
 async fn a_refusal_is_final_and_a_mishap_is_tried_again() {
     let running = Running::with(one_thread(), as_told).await;
     let (refused, mishap) = (running.submit(json!("fail")).await, running.submit(json!("try again")).await);
+    let lacking = running.submit(json!("lack")).await;
+    let store = running.store.clone();
+    let hurry = tokio::spawn(async move { make_rests_short(&store).await });
     let refused = running.reaches(&refused, State::Failed).await;
     assert_eq!(refused.attempt, 1);
     let problem = json!({
@@ -123,6 +135,8 @@ async fn a_refusal_is_final_and_a_mishap_is_tried_again() {
     });
     assert_eq!(refused.error, Some(problem));
     assert_eq!(running.reaches(&mishap, State::Failed).await.attempt, crate::store::MAX_TRIES);
+    assert_eq!(running.reaches(&lacking, State::Succeeded).await.attempt, 4);
+    hurry.abort();
     running.stop().await;
 }
 
@@ -131,7 +145,11 @@ async fn cancelling_stops_the_computation_and_frees_its_thread() {
     let running = Running::with(one_thread(), as_told).await;
     let (endless, next) = (running.submit(json!("go on")).await, running.submit(json!(1)).await);
     running.reaches(&endless, State::Running).await;
-    assert_eq!(running.store.queued().await.unwrap(), 1, "only as many jobs are claimed as there are threads");
+    assert_eq!(
+        running.store.queued(JobKind::Match).await.unwrap(),
+        1,
+        "only as many jobs are claimed as there are threads"
+    );
     running.store.cancel(&endless).await.unwrap();
     running.reaches(&next, State::Succeeded).await;
     let (_directory, store) = running.stop().await;
@@ -139,16 +157,74 @@ async fn cancelling_stops_the_computation_and_frees_its_thread() {
 }
 
 #[tokio::test]
+async fn who_is_cancelled_is_told_before_the_next_beat() {
+    let running = Running::with(one_thread(), as_told).await;
+    let endless = running.submit(json!("go on")).await;
+    running.reaches(&endless, State::Running).await;
+    let (next, begun) = (running.submit(json!(1)).await, std::time::Instant::now());
+    running.store.cancel(&endless).await.unwrap();
+    running.reaches(&next, State::Succeeded).await;
+    assert!(begun.elapsed() < Duration::from_millis(400), "{:?}", begun.elapsed());
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_job_that_takes_too_long_fails_and_gives_its_thread_free() {
+    let config = Config { longest_job: Duration::from_millis(100), ..one_thread() };
+    let running = Running::with(config, as_told).await;
+    let (endless, next) = (running.submit(json!("go on")).await, running.submit(json!(1)).await);
+    let failed = running.reaches(&endless, State::Failed).await;
+    let error = failed.error.unwrap();
+    assert_eq!((&error["status"], failed.attempt), (&json!(422), 1));
+    assert!(error["detail"].as_str().unwrap().contains("longer than the 0.1 s"), "{error}");
+    running.reaches(&next, State::Succeeded).await;
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn an_outcome_is_told_when_the_store_has_what_it_takes_again() {
+    let running = Running::with(one_thread(), as_told).await;
+    let blobs = running._directory.path().join("data/blobs");
+    let elsewhere = running._directory.path().join("elsewhere");
+    std::fs::rename(&blobs, &elsewhere).unwrap();
+    let id = running.submit(json!(7)).await;
+    let mut changes = running.store.job_changes(&id);
+    while running.store.job(&id).await.unwrap().unwrap().stage.is_none() {
+        changes.changed().await;
+    }
+    std::fs::rename(&elsewhere, &blobs).unwrap();
+    assert_eq!(running.reaches(&id, State::Succeeded).await.attempt, 1, "it is not computed anew");
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn many_spectra_do_not_keep_a_match_waiting() {
+    let running = Running::with(Config { workers: 2, ..Config::default() }, as_told).await;
+    let mut spectra = Vec::new();
+    for _ in 0..4 {
+        spectra.push(running.submit_of(JobKind::Spectrum, json!("go on")).await);
+    }
+    running.reaches(&spectra[0], State::Running).await;
+    let id = running.submit(json!(1)).await;
+    running.reaches(&id, State::Succeeded).await;
+    assert_eq!(running.store.queued(JobKind::Spectrum).await.unwrap(), 3);
+    for id in spectra {
+        running.store.cancel(&id).await.unwrap();
+    }
+    running.stop().await;
+}
+
+#[tokio::test]
 async fn progress_is_reported_while_it_computes() {
     let running = Running::with(one_thread(), as_told).await;
     let id = running.submit(json!("go on")).await;
-    let mut changes = running.store.changes();
+    let mut changes = running.store.job_changes(&id);
     let job = loop {
         let job = running.store.job(&id).await.unwrap().unwrap();
         if job.stage.is_some() {
             break job;
         }
-        changes.changed().await.unwrap();
+        changes.changed().await;
     };
     assert_eq!((job.stage.as_deref(), job.fraction), (Some("spectrum"), 0.5));
     running.store.cancel(&id).await.unwrap();
@@ -175,13 +251,13 @@ async fn a_stop_lets_running_jobs_finish() {
 
 #[tokio::test]
 async fn after_the_grace_running_jobs_are_given_back() {
-    let running = Running::with(Config { workers: 1, grace: Duration::ZERO }, as_told).await;
+    let running = Running::with(Config { grace: Duration::ZERO, ..one_thread() }, as_told).await;
     let id = running.submit(json!("go on")).await;
     running.reaches(&id, State::Running).await;
     let (_directory, store) = running.stop().await;
     let job = store.job(&id).await.unwrap().unwrap();
     assert_eq!((job.state, job.started_ms, job.stage), (State::Queued, None, None));
-    assert_eq!(store.claim().await.unwrap().unwrap().job.attempt, 2);
+    assert_eq!(store.claim(&JobKind::ALL).await.unwrap().unwrap().job.attempt, 2);
 }
 
 fn octahedron() -> TriangleMesh {
@@ -199,9 +275,9 @@ async fn a_spectrum_is_computed_and_kept() {
     let running = Running::for_real().await;
     let (shape, _) = running.store.insert_mesh(octahedron(), of_no_file(), None, json!({})).await.unwrap();
     let task = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
-    let job = running.store.submit(JobKind::Spectrum, &json!(task).to_string(), None).await.unwrap();
-    running.reaches(&job.id, State::Succeeded).await;
-    let result = running.store.result(&job.id).await.unwrap().unwrap();
+    let job = running.submit_of(JobKind::Spectrum, json!(task)).await;
+    running.reaches(&job, State::Succeeded).await;
+    let result = running.store.result(&job).await.unwrap().unwrap();
     let result: Value = serde_json::from_slice(&result).unwrap();
     let key = SpectrumKey { shape_hash: octahedron().content_hash(), boundary: Boundary::Neumann };
     let kept = running.store.spectrum(&key, 4).await.unwrap().unwrap();
@@ -218,8 +294,8 @@ async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
     let too_long = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
     let nobody = SpectrumTask { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
     for (task, reason) in [(too_long, "7 eigenfunctions"), (nobody, "no mesh mesh_nobody")] {
-        let job = running.store.submit(JobKind::Spectrum, &json!(task).to_string(), None).await.unwrap();
-        let error = running.reaches(&job.id, State::Failed).await.error.unwrap();
+        let job = running.submit_of(JobKind::Spectrum, json!(task)).await;
+        let error = running.reaches(&job, State::Failed).await.error.unwrap();
         assert_eq!(error["status"], 422);
         assert!(error["detail"].as_str().unwrap().contains(reason), "{error}");
     }

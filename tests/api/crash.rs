@@ -1,6 +1,7 @@
 //! The program itself: killed in the middle of its work, stopped in peace, started where it should not.
 
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::process::Command;
 
 use reqwest::Client;
@@ -45,7 +46,7 @@ async fn every_match_of_a_killed_server_ends_with_one_result() {
         assert_eq!(fs::read_dir(blobs).unwrap().count(), 1, "{path}");
     }
     let measures = client.get(program.url("/metrics")).send().await.unwrap().text().await.unwrap();
-    assert!(measures.contains("http_requests_total"), "{measures}");
+    assert!(measures.contains("sketchmatch_http_requests_total"), "{measures}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -58,6 +59,10 @@ async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
     kill_process(pid, Signal::TERM).unwrap();
     assert!(program.child.wait().unwrap().success());
     drop(program);
+    // The database and the blobs alone are whole.
+    for besides in ["sketchmatch.db-wal", "sketchmatch.db-shm", "lock"] {
+        fs::remove_file(data.path().join(besides)).unwrap_or_default();
+    }
 
     let program = Program::start(data.path(), 2);
     for path in &paths {
@@ -65,10 +70,48 @@ async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
     }
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_kept_is_readable_by_the_server_alone() {
+    let data = tempfile::tempdir().unwrap();
+    let client = Client::new();
+    let program = Program::start(&data.path().join("made"), 1);
+    let paths = queued(&program, &client, 1).await;
+    end(&program, &client, &paths[0]).await;
+    let mut folders = vec![data.path().join("made")];
+    let mut files = 0;
+    while let Some(folder) = folders.pop() {
+        assert_eq!(fs::metadata(&folder).unwrap().mode() & 0o777, 0o700, "{}", folder.display());
+        for entry in fs::read_dir(folder).unwrap() {
+            let entry = entry.unwrap();
+            if entry.file_type().unwrap().is_dir() {
+                folders.push(entry.path());
+            } else {
+                assert_eq!(entry.metadata().unwrap().mode() & 0o777, 0o600, "{}", entry.path().display());
+                files += 1;
+            }
+        }
+    }
+    assert!(files > 6, "{files}");
+    let measures = client.get(program.url("/metrics")).send().await.unwrap().text().await.unwrap();
+    for line in [
+        "sketchmatch_jobs_total{kind=\"match\",outcome=\"succeeded\"} 1",
+        "sketchmatch_jobs_total{kind=\"match\",outcome=\"failed\"} 0",
+        "sketchmatch_jobs_queued{kind=\"spectrum\"} 0",
+        "# HELP sketchmatch_disk_free_bytes Bytes that are free on the disk of the data directory.",
+        concat!("sketchmatch_build_info{version=\"", env!("CARGO_PKG_VERSION"), "\"} 1"),
+    ] {
+        assert!(measures.lines().any(|found| found == line), "{line}: {measures}");
+    }
+    let samples = measures.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
+    assert!(samples.clone().all(|line| line.starts_with("sketchmatch_")), "{measures}");
+    assert!(samples.clone().any(|line| line.starts_with("sketchmatch_process_open_fds ")), "{measures}");
+}
+
 #[test]
 fn a_second_server_is_refused_the_data_directory() {
     let data = tempfile::tempdir().unwrap();
     let _program = Program::start(data.path(), 2);
+    fs::remove_file(data.path().join("lock")).unwrap();
     let second = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
         .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
         .arg(data.path())

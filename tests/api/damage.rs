@@ -13,7 +13,10 @@ use crate::server::{Server, header, json_of, problem_of};
 const DAMAGES: [fn(&mut Vec<u8>); 3] = [
     |bytes| bytes.clear(),
     |bytes| bytes.truncate(bytes.len() / 2),
-    |bytes| bytes.iter_mut().skip(4096.min(bytes.len() / 2)).take(4096).for_each(|byte| *byte = 0),
+    |bytes| {
+        let middle = bytes.len() / 2;
+        bytes[middle..].iter_mut().take(4096).for_each(|byte| *byte = 0);
+    },
 ];
 
 /// Every file under a folder of blobs.

@@ -1,5 +1,7 @@
 //! What every answer carries, and keys that keep requests from being carried out twice.
 
+use std::fs;
+
 use futures::future::join_all;
 use serde_json::json;
 use sketchmatch::http::Config;
@@ -49,6 +51,56 @@ async fn a_key_repeats_the_answer_to_an_upload() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn uploads_under_one_key_at_the_same_moment_get_the_answer_of_the_first() {
+    let server = Server::idle(Config::default()).await;
+    let upload = || server.post("/v1/meshes?format=obj").header("idempotency-key", "one").body(ellipsoid(8, 6)).send();
+    let mut answers = Vec::new();
+    for answer in join_all((0..50).map(|_| upload())).await {
+        answers.push(json_of(answer.unwrap(), 201).await);
+    }
+    answers.dedup();
+    assert_eq!(answers.len(), 1, "{answers:?}");
+    // Without a key one of them is told that it is new.
+    let upload = || server.post("/v1/meshes?format=obj").body(ellipsoid(9, 6)).send();
+    let answers = join_all((0..50).map(|_| upload())).await;
+    let new = answers.into_iter().filter(|answer| answer.as_ref().unwrap().status() == 201).count();
+    assert_eq!(new, 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_two_requests_under_one_key_at_the_same_moment_one_is_carried_out() {
+    let server = Server::idle(Config::default()).await;
+    for round in 0..8 {
+        let key = format!("key {round}").replace(' ', "-");
+        let one = server.request_match(json!({})).await.header("idempotency-key", &key);
+        let other = server.request_match(json!({"preset": "thesis"})).await.header("idempotency-key", &key);
+        let answers = join_all([one.send(), other.send()]).await;
+        let mut statuses: Vec<u16> = answers.iter().map(|answer| answer.as_ref().unwrap().status().as_u16()).collect();
+        statuses.sort_unstable();
+        assert_eq!(statuses, [202, 422]);
+        assert_eq!(server.read("/v1/matches").await["items"].as_array().unwrap().len(), round + 1);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_key_is_forgotten_with_what_it_made() {
+    let server = Server::idle(Config::default()).await;
+    let asked = async || server.request_match(json!({})).await.header("idempotency-key", "one").send().await.unwrap();
+    let first = header(&asked().await, "location").to_owned();
+    let end = async |path: &str| server.request("DELETE", path).send().await.unwrap().status().as_u16();
+    assert_eq!((end(&first).await, end(&first).await), (200, 204));
+    let again = header(&asked().await, "location").to_owned();
+    assert_ne!(again, first);
+    assert_eq!(server.read(&again).await["status"], "queued");
+
+    let upload = || server.post("/v1/meshes?format=obj").header("idempotency-key", "two").body(ellipsoid(8, 6)).send();
+    let path = format!("/v1/meshes/{}", id(&json_of(upload().await.unwrap(), 201).await));
+    assert_eq!(end(&path).await, 204);
+    json_of(upload().await.unwrap(), 201).await;
+    server.read(&path).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn an_answer_carries_the_identifiers_of_its_request() {
     let server = Server::idle(Config::default()).await;
     let trace = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
@@ -73,6 +125,14 @@ async fn the_service_tells_its_state() {
     assert_eq!(server.read("/healthz").await, json!({"status": "ok"}));
     assert_eq!(server.read("/readyz").await, json!({"status": "ok"}));
     assert_eq!(server.get("/metrics").send().await.unwrap().status(), 200);
+    let blobs = server.data().join("blobs");
+    fs::rename(&blobs, server.data().join("elsewhere")).unwrap();
+    problem_of(server.get("/readyz").send().await.unwrap(), 503).await;
+    let refused = server.post("/v1/meshes?format=obj").body(ellipsoid(8, 6)).send().await.unwrap();
+    assert_eq!(header(&refused, "retry-after"), "5");
+    problem_of(refused, 503).await;
+    fs::rename(server.data().join("elsewhere"), &blobs).unwrap();
+    assert_eq!(server.read("/readyz").await, json!({"status": "ok"}));
     let page = server.get("/docs/").send().await.unwrap();
     assert!(page.text().await.unwrap().contains("swagger"));
     let regularisers = server.read("/v1/regularisers").await;

@@ -62,7 +62,7 @@ async fn a_full_device_keeps_no_server_from_starting_and_its_losses_are_counted(
         // Not yet there, or the first report has not been made.
         if let Ok(measures) = client.get(format!("http://{address}/metrics")).send().await {
             let measures = measures.text().await.unwrap();
-            let mut lines = measures.lines().filter_map(|line| line.strip_prefix("log_lines_lost_total "));
+            let mut lines = measures.lines().filter_map(|line| line.strip_prefix("sketchmatch_log_lines_lost_total "));
             match lines.next().map(|lost| lost.parse::<u64>().unwrap()) {
                 None | Some(0) => {}
                 Some(lost) => break lost,

@@ -6,7 +6,7 @@ use serde_json::json;
 use sketchmatch::http::Config;
 
 use crate::drawings::{SQUARE_SVG, disk, ellipse, ellipsoid, encoded};
-use crate::server::{Server, header, id, json_of};
+use crate::server::{Server, header, id, json_of, problem_of};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_same_mesh_is_stored_once() {
@@ -107,4 +107,39 @@ async fn an_answer_tells_of_its_own_upload() {
     assert_eq!(server.read(&format!("/v1/meshes/{}", id(&mended))).await, mended);
     let geometry = async |mesh| server.read(&format!("/v1/meshes/{}/mesh", id(mesh))).await;
     assert_eq!(geometry(&clean).await, geometry(&mended).await);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_shape_is_renamed_and_deleted() {
+    let server = Server::idle(Config::default()).await;
+    for path in [format!("/v1/meshes/{}", server.mesh().await), format!("/v1/sketches/{}", server.sketch().await)] {
+        let rename = async |body: serde_json::Value| server.request("PATCH", &path).json(&body).send().await.unwrap();
+        let renamed = json_of(rename(json!({"name": "other"})).await, 200).await;
+        assert_eq!(renamed["name"], "other");
+        assert_eq!(server.read(&path).await, renamed);
+        for body in [json!({}), json!({"name": "x".repeat(201)}), json!({"name": "x", "id": "y"})] {
+            problem_of(rename(body).await, 422).await;
+        }
+        assert_eq!(json_of(rename(json!({"name": null})).await, 200).await.get("name"), None);
+        let delete = async || server.request("DELETE", &path).send().await.unwrap();
+        assert_eq!(delete().await.status(), 204);
+        problem_of(delete().await, 404).await;
+        problem_of(rename(json!({"name": "x"})).await, 404).await;
+        problem_of(server.get(&path).send().await.unwrap(), 404).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_shape_stays_while_a_match_needs_it() {
+    let server = Server::idle(Config::default()).await;
+    let asked = server.request_match(json!({})).await.send().await.unwrap();
+    let job = header(&asked, "location").to_owned();
+    let path = format!("/v1/meshes/{}", server.mesh().await);
+    let delete = async |path: &str| server.request("DELETE", path).send().await.unwrap();
+    let refused = problem_of(delete(&path).await, 409).await;
+    assert!(refused["detail"].as_str().unwrap().contains("has not ended"), "{refused}");
+    assert_eq!(delete(&job).await.status(), 200);
+    assert_eq!(delete(&path).await.status(), 204);
+    let refused = server.request_match(json!({})).await.send().await.unwrap();
+    assert_eq!(refused.status(), 202, "the mesh was uploaded again");
 }

@@ -1,5 +1,6 @@
 //! The whole way of a match, from the files to the correspondences.
 
+use futures::future::join_all;
 use serde_json::{Value, json};
 use sketchmatch::http::Config;
 
@@ -130,6 +131,36 @@ async fn a_full_queue_says_when_to_come_again() {
     let refused = server.request_match(json!({})).await.send().await.unwrap();
     assert_eq!(header(&refused, "retry-after"), "10");
     problem_of(refused, 503).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_many_requests_at_once_no_more_are_taken_than_may_wait() {
+    let server = Server::idle(Config { max_queue: 5, ..Config::default() }).await;
+    let request = server.request_match(json!({})).await;
+    let answers = join_all((0..60).map(|_| request.try_clone().unwrap().send())).await;
+    let taken = answers.iter().filter(|answer| answer.as_ref().unwrap().status() == 202).count();
+    assert_eq!(taken, 5);
+    let places =
+        server.read("/v1/matches").await["items"].as_array().unwrap().iter().rev().map(place).collect::<Vec<_>>();
+    assert_eq!(places, [1, 2, 3, 4, 5]);
+}
+
+fn place(document: &Value) -> i64 {
+    document["place_in_queue"].as_i64().unwrap_or_else(|| panic!("{document}"))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn spectra_leave_places_to_matches() {
+    let server = Server::idle(Config { max_queue: 4, ..Config::default() }).await;
+    let path = format!("/v1/meshes/{}/spectrum", server.mesh().await);
+    let mut statuses = Vec::new();
+    for k in 1..=4 {
+        statuses.push(server.get(&format!("{path}?k={k}")).send().await.unwrap().status().as_u16());
+    }
+    assert_eq!(statuses, [202, 202, 503, 503]);
+    for status in [202, 202, 503] {
+        assert_eq!(server.request_match(json!({})).await.send().await.unwrap().status(), status);
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,14 +1,40 @@
+use std::collections::BTreeSet;
+
+use futures::FutureExt;
 use serde_json::json;
 
 use super::*;
 use crate::store::testing::{fresh, open};
+use crate::store::{JobChanges, MEMORY};
+
+/// More than any test submits.
+const PLACES: Places = Places { queue: 1000, of_kind: 1000 };
+
+/// Whatever waits, matches first.
+const ANY: [JobKind; 2] = [JobKind::Match, JobKind::Spectrum];
+
+async fn taken(store: &Store, job: &NewJob<'_>) -> Job {
+    match store.submit(job, PLACES).await.unwrap() {
+        Submitted::Taken(job) => job,
+        refused => panic!("{refused:?}"),
+    }
+}
 
 async fn submitted(store: &Store, number: i64) -> Job {
-    store.submit(JobKind::Match, &number.to_string(), None).await.unwrap()
+    taken(store, &NewJob::of(JobKind::Match, &number.to_string())).await
+}
+
+async fn claim(store: &Store) -> Option<Lease> {
+    store.claim(&ANY).await.unwrap()
 }
 
 async fn claimed(store: &Store) -> Lease {
-    store.claim().await.unwrap().expect("a job waits")
+    claim(store).await.expect("a job waits")
+}
+
+/// Lets every rest be over.
+async fn rested(store: &Store) {
+    sqlx::query("UPDATE jobs SET due_ms = 0").execute(&store.pool).await.unwrap();
 }
 
 async fn state(store: &Store, id: &str) -> State {
@@ -25,19 +51,43 @@ async fn results(store: &Store) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn jobs_are_claimed_in_order_spectra_first() {
+async fn jobs_are_claimed_in_order_by_the_kinds_asked_for() {
     let (_directory, store) = fresh().await;
-    let mut expected = Vec::new();
-    for number in 0..5 {
-        expected.push(submitted(&store, number).await.id);
+    let mut matches = Vec::new();
+    for number in 0..3 {
+        matches.push(submitted(&store, number).await.id);
     }
-    expected.insert(0, store.submit(JobKind::Spectrum, "{}", None).await.unwrap().id);
-    assert_eq!(store.queued().await.unwrap(), 6);
-    for id in expected {
-        assert_eq!(claimed(&store).await.job.id, id);
-    }
-    assert!(store.claim().await.unwrap().is_none());
-    assert_eq!(store.queued().await.unwrap(), 0);
+    let spectrum = taken(&store, &NewJob::of(JobKind::Spectrum, "{}")).await;
+    assert_eq!(spectrum.place, Some(1));
+    assert_eq!((store.queued(JobKind::Match).await.unwrap(), store.queued(JobKind::Spectrum).await.unwrap()), (3, 1));
+    let next = async |kinds: &[JobKind]| store.claim(kinds).await.unwrap().map(|lease| lease.job.id);
+    assert_eq!(next(&[JobKind::Match]).await.as_ref(), Some(&matches[0]));
+    assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, Some(2));
+    assert_eq!(next(&[JobKind::Spectrum, JobKind::Match]).await, Some(spectrum.id));
+    assert_eq!(next(&[JobKind::Spectrum, JobKind::Match]).await.as_ref(), Some(&matches[1]));
+    assert_eq!(next(&[JobKind::Spectrum]).await, None);
+    assert_eq!(next(&ANY).await.as_ref(), Some(&matches[2]));
+    assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, None);
+    assert_eq!((next(&ANY).await, store.queued(JobKind::Match).await.unwrap()), (None, 0));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn of_many_at_once_no_more_are_taken_than_there_are_places() {
+    let (_directory, store) = fresh().await;
+    let submit = |kind, places| {
+        let store = store.clone();
+        tokio::spawn(async move { store.submit(&NewJob::of(kind, "{}"), places).await.unwrap() })
+    };
+    let taken = async |kind, places| {
+        let submitted: Vec<_> = (0..40).map(|_| submit(kind, places)).collect();
+        let mut taken = 0;
+        for submitted in submitted {
+            taken += usize::from(matches!(submitted.await.unwrap(), Submitted::Taken(_)));
+        }
+        taken
+    };
+    assert_eq!(taken(JobKind::Spectrum, Places { queue: 5, of_kind: 3 }).await, 3);
+    assert_eq!(taken(JobKind::Match, Places { queue: 5, of_kind: 5 }).await, 2);
 }
 
 #[tokio::test]
@@ -45,6 +95,7 @@ async fn a_job_goes_from_queued_to_succeeded() {
     let (_directory, store) = fresh().await;
     let job = submitted(&store, 7).await;
     assert_eq!((job.state, job.attempt, job.revision, job.started_ms), (State::Queued, 0, 0, None));
+    assert_eq!(job.place, Some(1));
     let lease = claimed(&store).await;
     assert_eq!((lease.job.state, lease.job.attempt, lease.job.revision), (State::Running, 1, 1));
     assert_eq!(&*lease.payload, "7");
@@ -85,8 +136,9 @@ async fn an_old_lease_is_fenced_off() {
     let before = store.job(&job.id).await.unwrap();
     assert_eq!(store.beat(&old, "map", 0.5).await.unwrap(), Beat::Lost);
     assert!(!store.succeed(&old, Bytes::from_static(b"old")).await.unwrap());
-    assert!(!store.fail(&old, &json!({}), false).await.unwrap());
-    assert!(!store.fail(&old, &json!({}), true).await.unwrap());
+    assert!(!store.fail(&old, &json!({})).await.unwrap());
+    assert_eq!(store.retry(&old, &json!({})).await.unwrap(), None);
+    assert!(!store.postpone(&old).await.unwrap());
     assert!(!store.release(&old).await.unwrap());
     assert_eq!(store.job(&job.id).await.unwrap(), before);
     assert_eq!(results(&store).await, Vec::<String>::new());
@@ -113,7 +165,7 @@ async fn a_job_that_always_kills_its_process_fails_in_the_end() {
         drop(store);
         store = open(&directory).await;
     }
-    assert!(store.claim().await.unwrap().is_none());
+    assert!(claim(&store).await.is_none());
     let failed = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!(failed.state, State::Failed);
     assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_TRIES} times")));
@@ -121,29 +173,64 @@ async fn a_job_that_always_kills_its_process_fails_in_the_end() {
 }
 
 #[tokio::test]
-async fn retries_are_counted_and_releases_are_not() {
+async fn retries_are_counted_and_what_is_given_back_is_not() {
     let (_directory, store) = fresh().await;
     let job = submitted(&store, 0).await;
-    for _ in 0..2 * MAX_TRIES {
+    for _ in 0..MAX_TRIES {
         assert!(store.release(&claimed(&store).await).await.unwrap());
+        assert!(store.postpone(&claimed(&store).await).await.unwrap());
+        rested(&store).await;
     }
     let error = json!({ "detail": "no luck" });
     for _ in 1..MAX_TRIES {
-        assert!(store.fail(&claimed(&store).await, &error, true).await.unwrap());
-        assert_eq!(state(&store, &job.id).await, State::Queued);
+        assert_eq!(store.retry(&claimed(&store).await, &error).await.unwrap(), Some(State::Queued));
+        rested(&store).await;
     }
-    assert!(store.fail(&claimed(&store).await, &error, true).await.unwrap());
+    assert_eq!(store.retry(&claimed(&store).await, &error).await.unwrap(), Some(State::Failed));
     let failed = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!((failed.state, failed.error), (State::Failed, Some(error)));
     assert_eq!(failed.attempt, 3 * MAX_TRIES);
 }
 
 #[tokio::test]
-async fn a_failure_without_retry_is_final() {
+async fn a_job_rests_longer_after_every_try() {
+    let (_directory, store) = fresh().await;
+    submitted(&store, 0).await;
+    for seconds in [1, 2, 4] {
+        store.retry(&claimed(&store).await, &json!({})).await.unwrap();
+        assert!(claim(&store).await.is_none());
+        let rest = "SELECT due_ms - now_ms FROM jobs, clock";
+        let rest: i64 = sqlx::query_scalar(rest).fetch_one(&store.pool).await.unwrap();
+        assert!((1..=1000 * seconds).contains(&rest) && rest > 1000 * seconds - 900, "{rest}");
+        rested(&store).await;
+    }
+    assert_eq!([1, 2, 6, 7, 100].map(|tries| rest(tries).as_secs()), [1, 2, 32, 60, 60]);
+}
+
+#[tokio::test]
+async fn a_failure_is_final() {
     let (_directory, store) = fresh().await;
     let job = submitted(&store, 0).await;
-    assert!(store.fail(&claimed(&store).await, &json!({}), false).await.unwrap());
+    assert!(store.fail(&claimed(&store).await, &json!({})).await.unwrap());
     assert_eq!(state(&store, &job.id).await, State::Failed);
+}
+
+#[tokio::test]
+async fn a_failure_is_found_by_name_while_it_is_late() {
+    let (_directory, store) = fresh().await;
+    let (named, lately) = (NewJob { dedupe: Some("name"), ..NewJob::of(JobKind::Spectrum, "{}") }, LEASE);
+    assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
+    let job = taken(&store, &named).await;
+    assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
+    store.fail(&claimed(&store).await, &json!({ "detail": "thin" })).await.unwrap();
+    // However many jobs come after it.
+    for number in 0..120 {
+        submitted(&store, number).await;
+    }
+    assert_eq!(store.late_failure("name", lately).await.unwrap().unwrap().id, job.id);
+    assert_eq!(store.late_failure("name", Duration::ZERO).await.unwrap(), None);
+    taken(&store, &named).await;
+    assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
 }
 
 #[tokio::test]
@@ -155,7 +242,7 @@ async fn cancelling_ends_a_queued_job_and_tells_the_worker_of_a_running_one() {
         let job = store.cancel(id).await.unwrap().unwrap();
         assert!(job.state == State::Cancelled && job.finished_ms.is_some(), "{job:?}");
     }
-    assert!(store.claim().await.unwrap().is_none());
+    assert!(claim(&store).await.is_none());
     assert_eq!(store.beat(&lease, "map", 0.5).await.unwrap(), Beat::Cancelled);
     assert!(!store.succeed(&lease, Bytes::from_static(b"late")).await.unwrap());
     assert!(!store.release(&lease).await.unwrap());
@@ -191,34 +278,40 @@ async fn deleting_takes_the_job_and_its_result() {
 #[tokio::test]
 async fn an_unfinished_job_answers_for_its_equals() {
     let (_directory, store) = fresh().await;
-    let submit = || store.submit(JobKind::Spectrum, "null", Some("key"));
-    let first = submit().await.unwrap();
-    assert_eq!(submit().await.unwrap(), first);
+    let named = |name| NewJob { dedupe: Some(name), ..NewJob::of(JobKind::Spectrum, "null") };
+    let submit = async || taken(&store, &named("key")).await;
+    let first = submit().await;
+    assert_eq!(submit().await, first);
     let lease = claimed(&store).await;
-    assert_eq!(submit().await.unwrap().id, first.id);
+    assert_eq!(submit().await.id, first.id);
     store.succeed(&lease, Bytes::new()).await.unwrap();
-    let second = submit().await.unwrap();
+    let second = submit().await;
     assert_ne!(second.id, first.id);
+    let full = store.submit(&named("key"), Places { queue: 0, of_kind: 0 }).await.unwrap();
+    assert_eq!(full, Submitted::Taken(second.clone()), "one that is there takes no place");
     store.cancel(&second.id).await.unwrap();
-    assert_ne!(submit().await.unwrap().id, second.id);
-    let other = store.submit(JobKind::Spectrum, "null", Some("other")).await.unwrap();
+    assert_ne!(submit().await.id, second.id);
+    let other = taken(&store, &named("other")).await;
     assert_eq!(other.state, State::Queued);
-    assert_eq!(store.queued().await.unwrap(), 2);
+    assert_eq!(store.queued(JobKind::Spectrum).await.unwrap(), 2);
 }
 
 #[tokio::test]
 async fn a_key_makes_one_job_a_day_whatever_becomes_of_it() {
     let (_directory, store) = fresh().await;
-    let submit = |key: &'static str| store.submit_once(JobKind::Match, "null", key);
-    let first = submit("key").await.unwrap();
-    assert_eq!(submit("key").await.unwrap(), first);
+    let submit = async |key| {
+        let once = NewJob { dedupe: Some(key), taken_for: MEMORY, ..NewJob::of(JobKind::Match, "null") };
+        taken(&store, &once).await
+    };
+    let first = submit("key").await;
+    assert_eq!(submit("key").await, first);
     let lease = claimed(&store).await;
     store.succeed(&lease, Bytes::new()).await.unwrap();
-    let again = submit("key").await.unwrap();
+    let again = submit("key").await;
     assert_eq!((&again.id, again.state), (&first.id, State::Succeeded));
-    assert_ne!(submit("other").await.unwrap().id, first.id);
+    assert_ne!(submit("other").await.id, first.id);
     sqlx::query("UPDATE jobs SET created_ms = 0").execute(&store.pool).await.unwrap();
-    assert_ne!(submit("key").await.unwrap().id, first.id);
+    assert_ne!(submit("key").await.id, first.id);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
@@ -233,7 +326,7 @@ async fn many_at_once_claim_every_job_once() {
             let store = store.clone();
             tokio::spawn(async move {
                 let mut ids = Vec::new();
-                while let Some(lease) = store.claim().await.unwrap() {
+                while let Some(lease) = claim(&store).await {
                     assert!(store.succeed(&lease, Bytes::new()).await.unwrap());
                     ids.push(lease.job.id);
                 }
@@ -256,7 +349,7 @@ async fn lists_are_by_kind_from_the_newest() {
     for number in 0..5 {
         ids.insert(0, submitted(&store, number).await.id);
     }
-    store.submit(JobKind::Spectrum, "null", None).await.unwrap();
+    taken(&store, &NewJob::of(JobKind::Spectrum, "null")).await;
     let listed = |after: Option<String>, limit| {
         let store = store.clone();
         async move { store.jobs(JobKind::Match, &Page { after, limit }).await.unwrap() }
@@ -279,27 +372,47 @@ async fn reopening_frees_what_was_running_and_keeps_the_rest() {
     let store = open(&directory).await;
     assert_eq!(store.result(&done.id).await.unwrap(), Some(Bytes::from_static(b"answer")));
     assert_eq!(results(&store).await, [format!("results/{}/1", done.id)]);
+    let aside = store.blobs.names("aside").await.unwrap();
+    assert_eq!(aside, [format!("aside/results/{}/1", running.id)], "what nothing names is kept for people to look at");
     assert_eq!(state(&store, &running.id).await, State::Queued);
     assert_eq!(claimed(&store).await.job.id, running.id);
     assert_eq!(claimed(&store).await.job.id, queued.id);
 }
 
 #[tokio::test]
-async fn those_who_wait_are_woken_by_every_change() {
+async fn those_who_wait_for_a_job_are_woken_by_its_changes_alone() {
     let (_directory, store) = fresh().await;
-    let mut changes = store.changes();
-    let job = submitted(&store, 0).await;
-    assert!(changes.has_changed().unwrap());
-    changes.mark_unchanged();
+    let (one, other) = (submitted(&store, 0).await, submitted(&store, 1).await);
+    let (mut of_one, mut of_other) = (store.job_changes(&one.id), store.job_changes(&other.id));
+    let told = |of_one: &mut JobChanges| of_one.changed().now_or_never().is_some();
     let lease = claimed(&store).await;
-    assert!(changes.has_changed().unwrap());
-    changes.mark_unchanged();
+    assert!(told(&mut of_one));
     store.beat(&lease, "map", 0.5).await.unwrap();
-    assert!(changes.has_changed().unwrap());
-    changes.mark_unchanged();
-    store.cancel(&job.id).await.unwrap();
-    assert!(changes.has_changed().unwrap());
-    changes.mark_unchanged();
-    assert!(store.claim().await.unwrap().is_none());
-    assert!(!changes.has_changed().unwrap());
+    assert!(told(&mut of_one));
+    assert_eq!(store.retry(&lease, &json!({})).await.unwrap(), Some(State::Queued));
+    assert!(told(&mut of_one));
+    store.cancel(&one.id).await.unwrap();
+    assert!(told(&mut of_one));
+    store.delete(&one.id).await.unwrap();
+    assert!(told(&mut of_one) && !told(&mut of_one));
+    assert!(!told(&mut of_other));
+    let lease = claimed(&store).await;
+    expire(&store).await;
+    store.reap().await.unwrap();
+    of_other.seen();
+    assert_eq!(lease.job.id, other.id);
+}
+
+#[tokio::test]
+async fn those_who_wait_for_work_are_woken_when_there_may_be_some() {
+    let (_directory, store) = fresh().await;
+    let mut changes = store.queue_changes();
+    let mut told = || changes.changed().now_or_never().is_some();
+    submitted(&store, 0).await;
+    assert!(told());
+    let lease = claimed(&store).await;
+    store.beat(&lease, "map", 0.5).await.unwrap();
+    assert!(!told(), "what is being done is no work for others");
+    store.release(&lease).await.unwrap();
+    assert!(told() && !told());
 }

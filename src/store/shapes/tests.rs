@@ -1,8 +1,11 @@
+use std::sync::Arc;
+
 use serde_json::json;
 
 use super::*;
 use crate::sketch::YAxis;
 use crate::store::testing::{fresh, open};
+use crate::store::{JobKind, NewJob, Places, Submitted};
 
 /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
 fn square(x: f64) -> TriangleMesh {
@@ -142,4 +145,67 @@ async fn a_cursor_of_somebody_else_is_refused() {
         let page = Page { after: Some(after.to_owned()), limit: 1 };
         assert!(matches!(store.shapes(Kind::Mesh, &page).await, Err(StoreError::Cursor)), "{after}");
     }
+}
+
+#[tokio::test]
+async fn a_shape_is_renamed() {
+    let (_directory, store) = fresh().await;
+    let (shape, _) = store.insert_mesh(square(0.1), source("a"), Some("one"), json!({})).await.unwrap();
+    for name in [Some("two"), None] {
+        let renamed = store.rename(Kind::Mesh, &shape.id, name).await.unwrap().unwrap();
+        assert_eq!(renamed.name.as_deref(), name);
+        assert_eq!(store.shape(Kind::Mesh, &shape.id).await.unwrap(), Some(renamed));
+    }
+    assert_eq!(store.rename(Kind::Sketch, &shape.id, Some("three")).await.unwrap(), None);
+}
+
+#[tokio::test]
+async fn a_shape_is_deleted_with_what_no_other_shares() {
+    let (_directory, store) = fresh().await;
+    let insert = async |bytes| store.insert_mesh(square(0.1), source(bytes), None, json!({})).await.unwrap().0.id;
+    let (first, second) = (insert("a").await, insert("b").await);
+    let delete = async |id: &str| store.delete_shape(Kind::Mesh, id).await.unwrap();
+    assert_eq!(store.delete_shape(Kind::Sketch, &first).await.unwrap(), Deletion::Missing);
+    assert_eq!(delete(&first).await, Deletion::Done);
+    assert_eq!(delete(&first).await, Deletion::Missing);
+    assert_eq!((blobs(&store, "shapes").await, blobs(&store, "files").await), (1, 1));
+    assert_eq!(store.mesh(&second).await.unwrap(), Some(square(0.1)));
+    assert_eq!(delete(&second).await, Deletion::Done);
+    assert_eq!((blobs(&store, "shapes").await, blobs(&store, "files").await), (0, 0));
+    assert_eq!(insert("a").await, first);
+}
+
+#[tokio::test]
+async fn a_shape_stays_while_an_unfinished_job_needs_it() {
+    let (_directory, store) = fresh().await;
+    let mesh = store.insert_mesh(square(0.1), source("a"), None, json!({})).await.unwrap().0.id;
+    let sketch = store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap().0.id;
+    let job = NewJob { mesh: Some(&mesh), sketch: Some(&sketch), ..NewJob::of(JobKind::Match, "{}") };
+    let places = Places { queue: 9, of_kind: 9 };
+    let Submitted::Taken(taken) = store.submit(&job, places).await.unwrap() else { panic!("there is place") };
+    for _ in ["queued", "running"] {
+        assert_eq!(store.delete_shape(Kind::Mesh, &mesh).await.unwrap(), Deletion::Needed);
+        assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Needed);
+        store.claim(&[JobKind::Match]).await.unwrap();
+    }
+    store.cancel(&taken.id).await.unwrap();
+    assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Done);
+    assert_eq!(store.submit(&job, places).await.unwrap(), Submitted::Gone);
+}
+
+#[tokio::test]
+async fn an_upload_whose_sender_is_gone_is_kept_whole() {
+    let (_directory, store) = fresh().await;
+    let (users, hold) = (Arc::strong_count(&store.naming), store.naming.write().await);
+    let mut insert = Box::pin(store.insert_mesh(square(0.1), source("a"), None, json!({})));
+    while Arc::strong_count(&store.naming) == users {
+        assert!(futures::poll!(&mut insert).is_pending());
+        tokio::task::yield_now().await;
+    }
+    drop((insert, hold));
+    while Arc::strong_count(&store.naming) > users {
+        tokio::task::yield_now().await;
+    }
+    let shapes = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
+    assert_eq!(store.mesh(&shapes[0].id).await.unwrap(), Some(square(0.1)));
 }

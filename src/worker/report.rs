@@ -1,0 +1,91 @@
+//! What the store is told of an attempt.
+
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep};
+
+use super::bench::{Bench, Outcome};
+use super::failure::Failure;
+use super::measures::Ended;
+use super::progress::Progress;
+use crate::store::{Beat, Lease, State, Store, StoreError};
+
+/// How long an outcome is kept for a store that lacks what it takes to hear of it.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Rest before the store is told again; it doubles every time, up to a fraction of the lease.
+const FIRST_REST: Duration = Duration::from_millis(250);
+
+const LONGEST_REST: Duration = Duration::from_secs(8);
+
+/// Reports progress; how the attempt ended for us if the job is ours no more.
+pub(super) async fn beaten(store: &Store, lease: &Lease, progress: &Progress) -> Option<Ended> {
+    let (stage, fraction) = progress.at();
+    match store.beat(lease, stage, fraction).await {
+        Ok(Beat::Held) => None,
+        Ok(Beat::Cancelled) => Some(Ended::Cancelled),
+        Ok(Beat::Lost) => Some(Ended::Lost),
+        Err(error) => {
+            tracing::error!(%error, "a job's progress cannot be reported");
+            None
+        }
+    }
+}
+
+/// Tells the store the outcome, again and again while it lacks what it takes: what was computed is not to be lost to a
+/// want that passes.
+pub(super) async fn until_told(bench: &Bench, lease: &Lease, progress: &Progress, outcome: &Outcome) -> Ended {
+    let (begun, mut rest) = (Instant::now(), FIRST_REST);
+    loop {
+        let error = match told(&bench.store, lease, outcome).await {
+            Ok(ended) => return ended,
+            Err(error) => error,
+        };
+        if error.lack().is_none() || begun.elapsed() > PATIENCE {
+            tracing::error!(%error, "a job cannot be reported on");
+            return postponed(&bench.store, lease).await.unwrap_or_else(unreported);
+        }
+        tracing::warn!(%error, "a job cannot be reported on yet");
+        if bench.stop.run_until_cancelled(sleep(rest)).await.is_none() {
+            return released(bench, lease).await;
+        }
+        if let Some(ended) = beaten(&bench.store, lease, progress).await {
+            return ended;
+        }
+        rest = LONGEST_REST.min(2 * rest);
+    }
+}
+
+async fn told(store: &Store, lease: &Lease, outcome: &Outcome) -> Result<Ended, StoreError> {
+    let ours = |ours: bool, ended: Ended| if ours { ended } else { Ended::Lost };
+    match outcome {
+        Ok(result) => Ok(ours(store.succeed(lease, result.clone()).await?, Ended::Succeeded)),
+        Err(Failure::Stopped) => Ok(ours(store.release(lease).await?, Ended::Released)),
+        Err(Failure::Lacking) => postponed(store, lease).await,
+        Err(Failure::Problem { problem, retry: false }) => Ok(ours(store.fail(lease, problem).await?, Ended::Failed)),
+        Err(Failure::Problem { problem, retry: true }) => Ok(match store.retry(lease, problem).await? {
+            Some(State::Queued) => Ended::Retried,
+            Some(_) => Ended::Failed,
+            None => Ended::Lost,
+        }),
+    }
+}
+
+async fn postponed(store: &Store, lease: &Lease) -> Result<Ended, StoreError> {
+    Ok(if store.postpone(lease).await? { Ended::Postponed } else { Ended::Lost })
+}
+
+/// Gives the job back to the queue.
+pub(super) async fn released(bench: &Bench, lease: &Lease) -> Ended {
+    match bench.store.release(lease).await {
+        Ok(true) => Ended::Released,
+        Ok(false) => Ended::Lost,
+        Err(error) => unreported(error),
+    }
+}
+
+/// What is not reported now is found out when the lease runs out.
+fn unreported(error: StoreError) -> Ended {
+    tracing::error!(%error, "a job cannot be given back");
+    Ended::Lost
+}
