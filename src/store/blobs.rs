@@ -6,7 +6,7 @@ use bytes::Bytes;
 use futures::TryStreamExt;
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as Name;
-use object_store::{Error, ObjectStore, ObjectStoreExt, PutPayload};
+use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode, PutPayload};
 
 use super::directory::Directory;
 use super::{StoreError, blocking, sealed};
@@ -32,13 +32,24 @@ impl Blobs {
 
     /// Writes a blob. What is there under its name is written over: it is the same, or damaged.
     pub async fn put(&self, name: &str, bytes: impl Into<Bytes>) -> Result<(), StoreError> {
+        self.put_as(PutMode::Overwrite, name, bytes).await
+    }
+
+    /// Writes a blob unless its name is taken.
+    pub async fn put_once(&self, name: &str, bytes: impl Into<Bytes>) -> Result<(), StoreError> {
+        self.put_as(PutMode::Create, name, bytes).await
+    }
+
+    async fn put_as(&self, mode: PutMode, name: &str, bytes: impl Into<Bytes>) -> Result<(), StoreError> {
         let (bytes, directory) = (bytes.into(), self.directory.clone());
         let sealed = move || {
             directory.blobs_present()?;
             Ok(PutPayload::from_iter([bytes.clone(), sealed::seal(&bytes)]))
         };
-        self.files.put(&Name::from(name), blocking(sealed).await?).await?;
-        Ok(())
+        match self.files.put_opts(&Name::from(name), blocking(sealed).await?, mode.into()).await {
+            Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// The blob of this name, if there is one.
@@ -134,13 +145,13 @@ mod tests {
     #[tokio::test]
     async fn what_a_killed_process_left_unfinished_is_removed() {
         let (directory, store) = fresh().await;
-        store.blobs.put("ready/1", "whole").await.unwrap();
-        let unfinished = directory.path().join("data/blobs/ready/2#17");
+        store.blobs.put("spectra/1", "whole").await.unwrap();
+        let unfinished = directory.path().join("data/blobs/spectra/2#17");
         fs::write(&unfinished, "half").unwrap();
         drop(store);
         let store = open(&directory).await;
         assert!(!unfinished.exists());
-        assert_eq!(store.blobs.read("ready/1").await.unwrap().unwrap(), "whole");
+        assert_eq!(store.blobs.read("spectra/1").await.unwrap().unwrap(), "whole");
     }
 
     #[tokio::test]

@@ -8,20 +8,20 @@ use sqlx::{AnyPool, ConnectOptions, Executor, SqlSafeStr};
 use super::StoreError;
 
 /// Readers beside the one writer that SQLite admits.
-const CONNECTIONS: u32 = 8;
+pub(super) const CONNECTIONS: u32 = 8;
 
 /// `synchronous = FULL`: an acknowledged job survives a power cut.
 const PRAGMAS: &str = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA busy_timeout = 30000; \
                        PRAGMA foreign_keys = ON";
 
-/// A pool on the SQLite file at `path`, which has to be there. Its connections are opened at the start and stay open, so
+/// A pool of connections to the SQLite file at `path`, which has to be there. They are opened at the start and stay open, so
 /// that none lacks a descriptor or finds another file when it is needed.
-pub(super) async fn connected(path: &Path) -> Result<AnyPool, StoreError> {
+pub(super) async fn connected(path: &Path, connections: u32) -> Result<AnyPool, StoreError> {
     install_default_drivers();
     let url = SqliteConnectOptions::new().filename(path).to_url_lossy();
     let pool = AnyPoolOptions::new()
-        .min_connections(CONNECTIONS)
-        .max_connections(CONNECTIONS)
+        .min_connections(connections)
+        .max_connections(connections)
         .idle_timeout(None)
         .max_lifetime(None)
         .after_connect(|connection, _| Box::pin(async move { connection.execute(PRAGMAS).await.map(drop) }))
@@ -71,7 +71,7 @@ pub(super) mod testing {
 
     /// A pool on the SQLite file at `path` with the tables as the migration `version` left them.
     pub async fn of_version(path: &Path, version: i64) -> AnyPool {
-        let pool = connected(path).await.unwrap();
+        let pool = connected(path, 1).await.unwrap();
         let migrations =
             migrator().migrations.iter().filter(|migration| migration.version <= version).cloned().collect();
         Migrator::with_migrations(migrations).run(&pool).await.unwrap();

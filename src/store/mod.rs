@@ -70,11 +70,12 @@ impl Store {
         let path = config.data_dir.clone();
         let directory = Arc::new(blocking(move || Directory::open(&path)).await?);
         let blobs = Blobs::local(directory.clone())?;
-        let pool = database::connected(&directory.database()).await?;
-        if let Err(error) = upgrade::run(&pool, &blobs, &directory).await {
-            pool.close().await;
-            return Err(error);
-        }
+        // No connection that knows the tables before this is to be used after it.
+        let pool = database::connected(&directory.database(), 1).await?;
+        let upgraded = upgrade::run(&pool, &blobs, &directory).await;
+        pool.close().await;
+        upgraded?;
+        let pool = database::connected(&directory.database(), database::CONNECTIONS).await?;
         let (changes, turns, naming) = (Arc::default(), Arc::default(), Arc::default());
         let store = Store { pool, blobs, changes, turns, naming, directory };
         store.reap_all().await?;
@@ -189,7 +190,7 @@ mod tests {
     }
 
     async fn database_without_tables(path: &Path) {
-        let pool = database::connected(path).await.unwrap();
+        let pool = database::connected(path, 1).await.unwrap();
         sqlx::query("PRAGMA user_version = 1").execute(&pool).await.unwrap();
         pool.close().await;
     }

@@ -184,7 +184,7 @@ impl Store {
     pub async fn succeed(&self, lease: &Lease, result: Bytes) -> Result<bool, StoreError> {
         let Job { id, attempt, .. } = &lease.job;
         let name = format!("results/{id}/{attempt}");
-        self.blobs.put(&name, result).await?;
+        self.blobs.put_once(&name, result).await?;
         let sql = "UPDATE jobs SET state = 'succeeded', result = $3, stage = 'finished', fraction = 1, \
                    revision = revision + 1, lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";

@@ -1,7 +1,6 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::time::Duration;
 
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
@@ -12,9 +11,6 @@ use super::measures::{self, Ended};
 use super::progress::Progress;
 use super::report;
 use crate::store::Lease;
-
-/// How often progress is reported and the lease extended, a fraction of it.
-const BEAT: Duration = Duration::from_millis(500);
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
@@ -32,7 +28,7 @@ async fn carry_out(bench: &Arc<Bench>, lease: &Lease) -> Ended {
     let mut changes = bench.store.job_changes(&lease.job.id);
     let mut ended = start(bench, lease.clone(), progress.clone());
     let begun = Instant::now();
-    let mut timer = interval_at(begun + BEAT, BEAT);
+    let mut timer = interval_at(begun + bench.beat, bench.beat);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut taken_away = None;
     loop {

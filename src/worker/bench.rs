@@ -11,6 +11,9 @@ use super::progress::Progress;
 use super::spectra::CachedSpectra;
 use crate::store::{Lease, Store};
 
+/// How often progress is reported and the lease extended, a fraction of it.
+const BEAT: Duration = Duration::from_millis(500);
+
 /// What every attempt works with.
 pub(super) struct Bench {
     pub store: Store,
@@ -20,6 +23,8 @@ pub(super) struct Bench {
     /// Cancelled when running jobs are to be given back.
     pub stop: CancellationToken,
     pub longest_job: Duration,
+    /// How often progress is reported and the lease extended.
+    pub beat: Duration,
     pub pool: ThreadPool,
     pub body: Box<Body>,
 }
@@ -36,6 +41,6 @@ impl Bench {
         let spectra = CachedSpectra::new(store.clone());
         let preparations = CachedPreparations::new(store.clone());
         let (runtime, stop) = (Handle::current(), CancellationToken::new());
-        Bench { store, spectra, preparations, runtime, stop, longest_job, pool, body }
+        Bench { store, spectra, preparations, runtime, stop, longest_job, beat: BEAT, pool, body }
     }
 }
