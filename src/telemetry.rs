@@ -100,9 +100,12 @@ impl Write for Tolerant {
     }
 }
 
+const LOST: &str = "sketchmatch_log_lines_lost_total";
+
 /// Counts the lines that are lost, and says so in the log as soon as that is possible again.
 pub async fn report_losses(losses: Losses) {
-    let counter = metrics::counter!("sketchmatch_log_lines_lost_total");
+    metrics::describe_counter!(LOST, "Lines of the log that standard error did not take in time.");
+    let counter = metrics::counter!(LOST);
     let mut reported = 0;
     loop {
         let total = losses.total();
