@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::output::Output;
 use super::{printed, read};
-use sketchmatch::http;
+use sketchmatch::http::{self, svg_reader};
 use sketchmatch::http::pictures::{self, Form};
 use sketchmatch::http::problem::Problem;
 use sketchmatch::mesh::formats::{Format, Limits};
@@ -64,7 +64,9 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     let (drawing, solid) = (read(&options.sketch)?, read(&options.mesh)?);
     check_order(options, &drawing, &solid)?;
     let [output, picture] = outputs(options)?;
-    let sketch = http::sketches::imported(&drawing, sketch_type(&options.sketch), None, &sketch::Config::default());
+    let (drawn, limits, reader) =
+        (sketch_type(&options.sketch), sketch::Config::default(), svg_reader::this_program()?);
+    let sketch = http::sketches::imported(&drawing, drawn, None, &limits, Some(&reader));
     let sketch = sketch.map_err(|problem| reasons(&options.sketch, &problem))?;
     let mesh_name = options.mesh.file_name().and_then(|name| name.to_str());
     let mesh = http::meshes::imported(&solid, None, None, mesh_name, &Limits::default());

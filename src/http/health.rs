@@ -47,6 +47,7 @@ pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
 )]
 pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Problem> {
     metrics::gauge!("jobs_queued").set(app.store.queued().await? as f64);
+    metrics::gauge!("reading_bytes").set(app.reading_bytes() as f64);
     app.metrics.run_upkeep();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
 }

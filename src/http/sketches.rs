@@ -1,5 +1,8 @@
 //! Sketches: uploaded, looked at, listed.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -10,16 +13,17 @@ use utoipa::{IntoParams, ToSchema};
 use super::App;
 use super::body::{Upload, is_json, unsupported};
 use super::idempotency::IdempotencyKey;
-use super::json;
+use super::json::{self, without_mark};
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
+use super::svg_reader;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
     Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
-    from_svg,
+    from_svg, picture_memory,
 };
 use crate::store::Kind;
 
@@ -44,6 +48,9 @@ pub struct UploadQuery {
     #[param(max_length = 200)]
     name: Option<String>,
 }
+
+/// Bytes of memory per byte of a drawing that is text: an SVG of many short elements takes most.
+const MEMORY_OF_TEXT: usize = 32;
 
 /// The kinds of drawing that are understood.
 #[derive(Clone, Copy)]
@@ -73,14 +80,20 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let asked = (upload.bytes.clone(), format!("{query:?}"));
+    let upload = Arc::new(upload);
+    let asked = (upload.clone(), format!("{query:?}"));
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let target = target(query.target_vertices)?;
-        let config = Config { max_svg_bytes: app.config.max_request_bytes, ..Config::default() };
-        let taken =
-            app.off_runtime(move || imported(&upload.bytes, upload.media_type.as_deref(), target, &config)).await?;
-        let Imported { sketch, warnings } = taken?;
+        let config = Config { max_document_bytes: app.config.max_request_bytes, ..Config::default() };
+        let (looked_at, within) = (upload.clone(), config.clone());
+        let memory =
+            app.off_runtime(move || memory(&looked_at.bytes, looked_at.media_type.as_deref(), &within)).await?;
+        let svg_reader = app.config.svg_reader.clone();
+        let taken = app.with_memory(memory?, move || {
+            imported(&upload.bytes, upload.media_type.as_deref(), target, &config, svg_reader.as_deref())
+        });
+        let Imported { sketch, warnings } = taken.await??;
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
         shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, name.as_deref(), body).await?)
     };
@@ -102,18 +115,41 @@ fn drawn(bytes: &[u8], media_type: Option<&str>) -> Result<Drawn, Problem> {
     match media_type {
         Some(media_type) if is_json(media_type) => Ok(Drawn::Outline),
         Some("image/svg+xml") => Ok(Drawn::Svg),
-        Some("image/png" | "image/jpeg") => Ok(Drawn::Picture),
-        None | Some("application/octet-stream") => match bytes.trim_ascii_start() {
-            [b'{', ..] => Ok(Drawn::Outline),
-            [b'<', ..] => Ok(Drawn::Svg),
-            [0x89, b'P', b'N', b'G', ..] | [0xff, 0xd8, 0xff, ..] => Ok(Drawn::Picture),
-            _ => Err(unsupported("the bytes are no JSON, SVG, PNG or JPEG")),
-        },
-        Some(_) => Err(unsupported("a sketch is application/json, image/svg+xml, image/png or image/jpeg")),
+        Some("image/png" | "image/jpeg" | "image/jpg") => Ok(Drawn::Picture),
+        _ => sniffed(bytes).ok_or_else(|| {
+            unsupported(
+                "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them",
+            )
+        }),
     }
 }
 
-/// The sketch in a drawing of this media type, or of the kind its bytes tell.
+/// The kind of drawing by its first bytes.
+fn sniffed(bytes: &[u8]) -> Option<Drawn> {
+    match without_mark(bytes).trim_ascii_start() {
+        [b'{', ..] => Some(Drawn::Outline),
+        [b'<', ..] => Some(Drawn::Svg),
+        [0x89, b'P', b'N', b'G', ..] | [0xff, 0xd8, 0xff, ..] => Some(Drawn::Picture),
+        _ => None,
+    }
+}
+
+/// Bytes of memory that a drawing takes while it is read, about.
+///
+/// # Errors
+/// 415 for what is no drawing, 413 for text beyond its limit.
+fn memory(bytes: &[u8], media_type: Option<&str>, config: &Config) -> Result<usize, Problem> {
+    match drawn(bytes, media_type)? {
+        Drawn::Picture => Ok(picture_memory(bytes, config)),
+        Drawn::Outline | Drawn::Svg if bytes.len() > config.max_document_bytes => {
+            Err(Problem::too_large(config.max_document_bytes))
+        }
+        Drawn::Outline | Drawn::Svg => Ok(bytes.len().saturating_mul(MEMORY_OF_TEXT)),
+    }
+}
+
+/// The sketch in a drawing of this media type, or of the kind its bytes tell; an SVG is read by a process of the
+/// program `svg_reader` where there is one.
 ///
 /// # Errors
 /// 415 for what is no drawing, 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
@@ -122,14 +158,18 @@ pub fn imported(
     media_type: Option<&str>,
     target: Option<usize>,
     config: &Config,
+    svg_reader: Option<&Path>,
 ) -> Result<Imported, Problem> {
     let wanted = target.unwrap_or(DEFAULT_TARGET_VERTICES);
     let imported = match drawn(bytes, media_type)? {
         Drawn::Outline => {
-            let (drawing, wanted) = json::parsed::<OutlineRequest>(bytes)?.into_parts();
+            let (drawing, wanted) = json::typed::<OutlineRequest>(bytes)?.into_parts();
             from_outline(&drawing, target.unwrap_or(wanted), config)
         }
-        Drawn::Svg => from_svg(bytes, wanted, config),
+        Drawn::Svg => match svg_reader {
+            Some(program) => svg_reader::read(program, bytes, wanted, config).map_err(Problem::internal)?,
+            None => from_svg(bytes, wanted, config),
+        },
         Drawn::Picture => from_picture(bytes, wanted, config),
     };
     imported.map_err(refused)

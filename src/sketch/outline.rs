@@ -1,6 +1,7 @@
 //! A drawing given as points, and the clean figure it bounds.
 
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 
@@ -34,7 +35,7 @@ pub struct OutlineRequest {
     #[schema(schema_with = holes_schema)]
     pub holes: Vec<Vec<[f64; 2]>>,
     /// Vertices of the triangulation, 50 to 20,000, met within 10 % on ordinary outlines.
-    #[serde(default = "default_target")]
+    #[serde(default = "default_target", deserialize_with = "whole")]
     #[schema(minimum = 50, maximum = 20000, default = 800)]
     pub target_vertices: usize,
 }
@@ -58,6 +59,15 @@ fn holes_schema() -> ArrayBuilder {
 
 fn default_target() -> usize {
     super::DEFAULT_TARGET_VERTICES
+}
+
+/// A whole number, written with a fraction of zero or without, as JSON Schema has it.
+fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    if number.fract() != 0.0 || number < 0.0 {
+        return Err(D::Error::invalid_value(Unexpected::Float(number), &"a whole number from 0 on"));
+    }
+    Ok(number as usize)
 }
 
 impl OutlineRequest {
@@ -108,7 +118,7 @@ impl Frame {
 
 impl Figure {
     /// The figure that a drawing bounds, and what was mended: a repeated closing point, repeated points, points in the
-    /// middle of straight lines, spikes of no width, small loops where a line crosses itself, a clockwise outline.
+    /// middle of straight lines, spikes of no width, small loops where a line crosses itself.
     ///
     /// Apart from such loops rings may not share a single point, not even with themselves: where a figure touches itself
     /// its surface is not a manifold there, and which parts belong together is for the drawer to say.
@@ -148,9 +158,6 @@ impl Figure {
             let detail = format!("{}: small loops where the line crosses itself were left out", ring_pointer(ring));
             Warning::new(WarningCode::SelfCrossing, detail)
         }));
-        if clean[0].signed_area() < 0.0 {
-            warnings.push(Warning::new(WarningCode::Orientation, "the outline ran clockwise and was turned round"));
-        }
         let rings = (0..).zip(clean).map(|(i, ring)| oriented(ring, i == 0)).collect();
         Ok((Self { rings, frame }, warnings))
     }
