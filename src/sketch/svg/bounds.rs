@@ -125,3 +125,42 @@ fn expansion(text: &str, sizes: &BTreeMap<&str, usize>) -> usize {
     let names = text.split('&').skip(1).filter_map(|rest| Some(rest.split_once(';')?.0));
     names.filter_map(|name| sizes.get(name)).fold(0, |total: usize, size| total.saturating_add(*size))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entities_as_editors_write_them_are_taken() {
+        let text = r##"<?xml version="1.0"?>
+<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd" [
+    <!ENTITY ns_svg "http://www.w3.org/2000/svg">
+    <!ENTITY st0 "fill:#FFFFFF;stroke:none;">
+    <!ENTITY both '&st0;stroke-width:2;'>
+]>
+<svg xmlns="&ns_svg;" viewBox="0 0 9 9"><path style="&both;" d="M0 0h9v9z"/></svg>"##;
+        let document = parsed(text).unwrap();
+        let path = document.descendants().find(|node| node.has_tag_name((nesting::SVG, "path"))).unwrap();
+        assert_eq!(path.attribute("style"), Some("fill:#FFFFFF;stroke:none;stroke-width:2;"));
+    }
+
+    #[test]
+    fn what_references_become_is_never_counted_short() {
+        fn sizes(declared: &str) -> BTreeMap<&str, usize> {
+            let mut sizes = BTreeMap::new();
+            entities(declared).iter().for_each(|&(name, value)| *sizes.entry(name).or_default() += value.len());
+            sizes
+        }
+        let found = sizes(r#"<!ENTITY a "12"><!ENTITY	b	'3"4'><!ENTITY % c "5"><!ENTITY a ''><!ENTITY d SYSTEM "d">"#);
+        assert_eq!(found, BTreeMap::from([("a", 2), ("b", 3), ("c", 1)]));
+        assert_eq!(expansion("&a;&b;&&c;&a", &found), 6);
+        assert_eq!(sizes(r#"<!ENTITY a "<!ENTITY b '12345'>">"#), BTreeMap::from([("a", 19), ("b", 5)]));
+    }
+
+    #[test]
+    fn attributes_are_counted_to_the_end_of_their_tag() {
+        assert_eq!(attributes(r#"g a="1" b = '>"=' c=""/> d="" "#), 3);
+        assert_eq!(attributes("g>a=1"), 0);
+        assert_eq!(attributes(r#"g a="b=c"#), 1);
+    }
+}
