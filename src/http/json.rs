@@ -3,7 +3,7 @@
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeOwned, Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_json::de::StrRead;
 use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
@@ -44,13 +44,20 @@ pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     shaped(&mut tree).map_err(misshapen)
 }
 
-/// The value a JSON body stands for, without a tree: for what may be long, and has no objects whose variants a tag tells
-/// apart.
+/// The value that a JSON object stands for, without a tree: for what may be long, and has no objects whose variants a tag
+/// tells apart.
 ///
 /// # Errors
 /// As of [`parsed`].
 pub fn typed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
-    let mut deserializer = serde_json::Deserializer::from_str(text(bytes)?);
+    let text = text(bytes)?;
+    if !text.trim_start().starts_with('{') {
+        // An array would be taken for the members in their order.
+        serde_json::from_str::<IgnoredAny>(text)
+            .map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))?;
+        return Err(misshapen(Fault::at_pointer("", "invalid type: expected an object")));
+    }
+    let mut deserializer = serde_json::Deserializer::from_str(text);
     let value = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
         let (at, error) = (pointer(error.path()), error.into_inner());
         let detail = error.to_string();

@@ -17,7 +17,7 @@ use crate::sketch::{Config, Imported, Refusal, from_svg};
 pub const COMMAND: &str = "read-svg";
 
 /// Seconds of a processor that a reader may take.
-const MOST_SECONDS: u64 = 20;
+const MOST_SECONDS: u64 = 10;
 
 /// Bytes of address space that a reader may take.
 const MOST_BYTES: u64 = 2 << 30;
