@@ -11,8 +11,8 @@ use reqwest::Client;
 use crate::drawings::encoded;
 use crate::program::Program;
 
-/// Pixels a side of a picture that takes some hundred megabytes to read.
-const SIDE: u32 = 4000;
+/// Pixels a side of a picture that is reckoned to take a hundred megabytes to read.
+const SIDE: u32 = 2500;
 
 /// What reading one such picture is reckoned to take.
 const RECKONED: u64 = SIDE as u64 * SIDE as u64 * 23;
@@ -50,7 +50,7 @@ async fn pictures_whose_senders_hang_up_are_read_one_after_the_other() {
     );
     let started = Instant::now();
     let mut alone = 0;
-    for round in 0..4 {
+    for round in 0..3 {
         let mut connections: Vec<TcpStream> =
             (0..4).map(|_| TcpStream::connect(program.authority()).unwrap()).collect();
         for connection in &mut connections {
