@@ -40,6 +40,9 @@ pub enum Command {
     Health(HealthOptions),
     /// Prints the OpenAPI document.
     Openapi,
+    /// Reads an SVG as another process of this program asks.
+    #[command(hide = true, name = http::svg_reader::COMMAND)]
+    ReadSvg,
 }
 
 #[derive(Debug, Args)]
@@ -68,6 +71,9 @@ pub struct ServeOptions {
     /// All uploads that are in memory at one time.
     #[arg(long, env = "SKETCHMATCH_MAX_UPLOADS_BYTES", default_value_t = size(http::Config::default().max_uploads_bytes))]
     pub max_uploads_bytes: ByteSize,
+    /// Memory that reading takes at one time: pictures decoded, trees of documents, meshes.
+    #[arg(long, env = "SKETCHMATCH_MAX_READING_BYTES", default_value_t = size(http::Config::default().max_reading_bytes))]
+    pub max_reading_bytes: ByteSize,
     /// Largest mesh in triangles.
     #[arg(long, env = "SKETCHMATCH_MAX_TRIANGLES", default_value_t = http::Config::default().max_triangles)]
     pub max_triangles: usize,
@@ -139,10 +145,12 @@ impl ServeOptions {
             max_upload_bytes: bytes(self.max_upload_bytes),
             max_request_bytes: bytes(self.max_request_bytes),
             max_uploads_bytes: bytes(self.max_uploads_bytes),
+            max_reading_bytes: bytes(self.max_reading_bytes),
             max_triangles: self.max_triangles,
             max_eigenpairs: self.max_eigenpairs,
             max_job_memory: bytes(self.max_job_memory),
             max_queue: self.max_queue,
+            ..http::Config::default()
         }
     }
 

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 
 use super::output::Output;
 use super::{printed, read};
-use sketchmatch::http;
 use sketchmatch::http::pictures::{self, Form};
 use sketchmatch::http::problem::Problem;
+use sketchmatch::http::{self, svg_reader};
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::numerics::Cancelled;
 use sketchmatch::pipeline::outcome::{MatchResult, Rating};
@@ -64,8 +64,9 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     let (drawing, solid) = (read(&options.sketch)?, read(&options.mesh)?);
     check_order(options, &drawing, &solid)?;
     let [output, picture] = outputs(options)?;
+    let (limits, reader) = (sketch::Config::default(), svg_reader::this_program()?);
     let sketch = http::sketches::drawn(&drawing, sketch_type(&options.sketch))
-        .and_then(|drawn| http::sketches::imported(&drawing, drawn, None, &sketch::Config::default()))
+        .and_then(|drawn| http::sketches::imported(&drawing, drawn, None, &limits, Some(&reader)))
         .map_err(|problem| reasons(&options.sketch, &problem))?;
     let mesh_name = options.mesh.file_name().and_then(|name| name.to_str());
     let mesh = http::meshes::format(&solid, None, None, mesh_name)
@@ -89,7 +90,7 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     let warnings = of_sketch.chain(of_mesh).chain(result.warnings.iter().cloned());
     let report: String = warnings.map(|warning| format!("warning: {warning}\n")).collect();
     // The result is written: that nobody reads this line changes nothing.
-    let _ = write!(stderr(), "{report}{}\n", summary(options, &result));
+    let _ = writeln!(stderr(), "{report}{}", summary(options, &result));
     Ok(())
 }
 

@@ -8,14 +8,14 @@ mod output;
 mod serve;
 
 use std::fs;
-use std::io::{Write, stdout};
+use std::io::{Write, stdin, stdout};
 use std::path::Path;
 
 use anyhow::Context;
 
 use crate::config::{Cli, Command};
 use crate::telemetry;
-use sketchmatch::http::openapi;
+use sketchmatch::http::{openapi, svg_reader};
 
 pub use eigenvalues::EigenvaluesOptions;
 pub use example::ExampleOptions;
@@ -34,6 +34,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
         Command::Example(options) => example::run(&options),
         Command::Eigenvalues(options) => eigenvalues::run(&options),
         Command::Health(options) => health::run(&options),
+        Command::ReadSvg => svg_reader::serve(stdin().lock(), stdout().lock()).context("reading an SVG"),
         Command::Openapi => printed(&format!("{:#}", openapi::document())),
     }
 }

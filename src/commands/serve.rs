@@ -12,7 +12,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::config::ServeOptions;
 use crate::telemetry::{self, Log};
-use sketchmatch::http::{self, App};
+use sketchmatch::http::{self, App, svg_reader};
 use sketchmatch::store::Store;
 use sketchmatch::worker;
 
@@ -43,7 +43,8 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
         .with_context(|| format!("listening on {}", options.listen))?;
     tracing::info!(address = %listener.local_addr()?, "listening");
     let working = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
-    let serving = http::serve(listener, App::new(store.clone(), options.http(), measures, shutdown));
+    let config = http::Config { svg_reader: Some(svg_reader::this_program()?), ..options.http() };
+    let serving = http::serve(listener, App::new(store.clone(), config, measures, shutdown));
     tokio::try_join!(async { serving.await.context("serving") }, ended(working))?;
     store.close().await.context("closing the database")?;
     tracing::info!("stopped");

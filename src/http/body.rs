@@ -41,6 +41,7 @@ impl FromRequest<App> for Upload {
         if media_type.as_deref() == Some(MULTIPART) {
             return form(request, app, limit).await;
         }
+        let limit = if media_type.as_deref().is_some_and(is_json) { app.config.max_request_bytes } else { limit };
         let (bytes, memory) = read(request, app, limit).await?;
         Ok(Upload { bytes, media_type, file_name: None, _memory: memory })
     }
@@ -88,7 +89,8 @@ fn media_type(headers: &HeaderMap) -> Option<String> {
 /// is taken; the permit holds it.
 async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, OwnedSemaphorePermit), Problem> {
     let headers = request.headers();
-    if headers.contains_key(header::CONTENT_ENCODING) {
+    let mut codings = headers.get_all(header::CONTENT_ENCODING).iter();
+    if codings.any(|coding| !coding.as_bytes().eq_ignore_ascii_case(b"identity")) {
         let fault = Fault::in_header("content-encoding", "bodies are taken uncompressed");
         return Err(Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, fault));
     }

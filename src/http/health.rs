@@ -61,12 +61,14 @@ pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
 
 const QUEUED: &str = "sketchmatch_jobs_queued";
 const FREE: &str = "sketchmatch_disk_free_bytes";
+const READING: &str = "sketchmatch_reading_bytes";
 const BUILD: &str = "sketchmatch_build_info";
 
 /// Says what is measured here.
 pub(super) fn describe() {
     describe_gauge!(QUEUED, "Jobs that wait, by kind.");
     describe_gauge!(FREE, "Bytes that are free on the disk of the data directory.");
+    describe_gauge!(READING, "Bytes of memory set aside for drawings and meshes that are being read, as estimated.");
     describe_gauge!(BUILD, "1, with the version of the program.");
     metrics::gauge!(BUILD, "version" => env!("CARGO_PKG_VERSION")).set(1);
 }
@@ -81,6 +83,7 @@ pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Probl
         metrics::gauge!(QUEUED, "kind" => kind.as_str()).set(app.store.queued(kind).await? as f64);
     }
     metrics::gauge!(FREE).set(app.store.free_bytes().await? as f64);
+    metrics::gauge!(READING).set(app.reading_bytes() as f64);
     app.process.collect();
     app.metrics.run_upkeep();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))

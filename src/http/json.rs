@@ -3,11 +3,18 @@
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeOwned, Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde_json::de::StrRead;
 use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
 
 use super::problem::{Fault, Problem};
+
+/// Bytes of memory per byte of JSON that its tree takes at most, about: members of objects take most.
+pub(super) const MEMORY_OF_TREE: usize = 40;
+
+/// Members of the largest object whose variants a tag tells apart, and more: in larger ones no member is looked for.
+const MOST_MEMBERS: usize = 16;
 
 /// Integers up to here have one spelling as a double.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
@@ -16,38 +23,88 @@ const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 const TAGS: [&str; 2] = ["method", "type"];
 
 /// Types of Rust in the messages of serde, and what a client knows them as.
-const TYPES: [(&str, &str); 4] = [
+const TYPES: [(&str, &str); 6] = [
     ("usize", "a whole number from 0 on"),
+    ("a sequence", "a list"),
+    ("variant identifier", "a name"),
     ("u32", "a whole number from 0 to 4294967295"),
     ("i32", "a whole number from -2147483648 to 2147483647"),
     ("f64", "a number"),
 ];
 
-/// The value a JSON body stands for.
+/// Types of Rust that are objects in JSON, before their names.
+const OBJECTS: [&str; 4] = ["struct ", "struct variant ", "internally tagged enum ", "enum "];
+
+/// The value a JSON body stands for, by way of its tree.
 ///
 /// # Errors
 /// 400 where the bytes are not JSON or a key occurs twice; 422 where they are JSON of another shape.
 pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
-    let tree = tree(bytes)?;
-    shaped(&tree).map_err(|fault| Problem::refused("the body does not have the shape asked for", vec![fault]))
+    let mut tree = tree(bytes)?;
+    shaped(&mut tree).map_err(misshapen)
+}
+
+/// The value that a JSON object stands for, without a tree: for what may be long, and has no objects whose variants a tag
+/// tells apart.
+///
+/// # Errors
+/// As of [`parsed`].
+pub fn typed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+    let text = text(bytes)?;
+    if !text.trim_start().starts_with('{') {
+        // An array would be taken for the members in their order.
+        serde_json::from_str::<IgnoredAny>(text)
+            .map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))?;
+        return Err(misshapen(Fault::at_pointer("", "invalid type: expected an object")));
+    }
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let value = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let (at, error) = (pointer(error.path()), error.into_inner());
+        let detail = error.to_string();
+        if !error.is_data() || detail.starts_with("duplicate field") {
+            return Problem::malformed(Fault::at_pointer(at, detail));
+        }
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let detail = detail.trim_end_matches(&place).to_owned();
+        let at = named_field(&detail).map(|field| field_pointer(&at, field)).unwrap_or(at);
+        misshapen(Fault::at_pointer(at, worded(detail)))
+    })?;
+    ended(deserializer)?;
+    Ok(value)
+}
+
+fn misshapen(fault: Fault) -> Problem {
+    Problem::refused("the body does not have the shape asked for", vec![fault])
+}
+
+/// The bytes without a byte order mark, which some editors put before a text.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+fn text(bytes: &[u8]) -> Result<&str, Problem> {
+    std::str::from_utf8(without_mark(bytes)).map_err(|error| {
+        Problem::malformed(Fault::at_place(format!("byte {}", error.valid_up_to()), "the body is not UTF-8"))
+    })
+}
+
+/// Refuses what comes after a value.
+fn ended<'a>(mut deserializer: serde_json::Deserializer<StrRead<'a>>) -> Result<(), Problem> {
+    deserializer.end().map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))
 }
 
 /// The tree of a JSON text, in which every number without a fraction is an integer, as JSON Schema has it.
 fn tree(bytes: &[u8]) -> Result<Value, Problem> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        Problem::malformed(Fault::at_place(format!("byte {}", error.valid_up_to()), "the body is not UTF-8"))
-    })?;
-    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let mut deserializer = serde_json::Deserializer::from_str(text(bytes)?);
     let Strict(tree) = serde_path_to_error::deserialize(&mut deserializer)
         .map_err(|error| Problem::malformed(Fault::at_pointer(pointer(error.path()), error.inner().to_string())))?;
-    let end = deserializer.end();
-    end.map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))?;
+    ended(deserializer)?;
     Ok(tree)
 }
 
-/// `tree` as a `T`, or the fault with the pointer of what is to blame.
-fn shaped<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
-    serde_path_to_error::deserialize(tree).map_err(|error| {
+/// `tree` as a `T`, or the fault with the pointer of what is to blame, for which members are taken out and put back.
+fn shaped<T: DeserializeOwned>(tree: &mut Value) -> Result<T, Fault> {
+    serde_path_to_error::deserialize(&*tree).map_err(|error| {
         let (at, detail) = (pointer(error.path()), error.inner().to_string());
         let at = match named_field(&detail) {
             Some(field) => field_pointer(&at, field),
@@ -62,7 +119,7 @@ fn worded(detail: String) -> String {
     let Some((found, expected)) = detail.rsplit_once("expected ") else { return detail };
     match TYPES.iter().find(|(name, _)| *name == expected) {
         Some((_, words)) => format!("{found}expected {words}"),
-        None if expected.starts_with("struct ") => format!("{found}expected an object"),
+        None if OBJECTS.iter().any(|kind| expected.starts_with(kind)) => format!("{found}expected an object"),
         None => detail,
     }
 }
@@ -83,20 +140,26 @@ fn field_pointer(at: &str, field: &str) -> String {
 ///
 /// serde buffers an internally tagged enum before reading it, which loses the path below the enum: the member is found
 /// by leaving out one at a time until the failure changes. Without its tag an object always fails in another way, so that
-/// the tag is to blame only where nothing else is.
-fn culprit<T: DeserializeOwned>(tree: &Value, at: &str, detail: &str) -> Option<String> {
+/// the tag is to blame only where nothing else is. An object that is itself of the wrong type has no such member.
+fn culprit<T: DeserializeOwned>(tree: &mut Value, at: &str, detail: &str) -> Option<String> {
     let members = tree.pointer(at)?.as_object()?;
+    if members.len() > MOST_MEMBERS || detail.starts_with("invalid type: map") {
+        return None;
+    }
     let is_tag = |key: &&String| TAGS.contains(&key.as_str());
-    let mut tags_last = members.keys().filter(|key| !is_tag(key)).chain(members.keys().filter(is_tag));
-    let to_blame = tags_last.find(|key| {
-        let mut without = tree.clone();
-        if let Some(Value::Object(object)) = without.pointer_mut(at) {
-            object.remove(*key);
+    let tags_last = members.keys().filter(|key| !is_tag(key)).chain(members.keys().filter(is_tag));
+    let tags_last: Vec<String> = tags_last.cloned().collect();
+    let to_blame = tags_last.into_iter().find(|key| {
+        let Some(member) = tree.pointer_mut(at).and_then(|object| object.as_object_mut()?.remove(key)) else {
+            return false;
+        };
+        let failure = serde_path_to_error::deserialize::<_, T>(&*tree).err();
+        if let Some(Value::Object(object)) = tree.pointer_mut(at) {
+            object.insert(key.clone(), member);
         }
-        let failure = serde_path_to_error::deserialize::<_, T>(&without).err();
         failure.is_none_or(|error| error.inner().to_string() != detail)
     })?;
-    Some(format!("{at}/{}", escaped(to_blame)))
+    Some(format!("{at}/{}", escaped(&to_blame)))
 }
 
 fn pointer(path: &Path) -> String {
@@ -237,10 +300,48 @@ mod tests {
 
     #[test]
     fn says_in_words_what_was_expected() {
+        for words in [r#""alignment": 7"#, r#""regions": "auto""#, r#""basis": 20"#] {
+            let (_, fault) = refusal(&format!(r#"{{"mesh": "m", "sketch": "s", {words}}}"#));
+            assert!(fault.detail.ends_with("expected an object"), "{}", fault.detail);
+        }
         let (_, fault) = refusal(r#"{"mesh": "m", "sketch": "s", "basis": {"k": 2.5}}"#);
         assert_eq!(fault.detail, "invalid type: floating point `2.5`, expected a whole number from 0 on");
         let (_, fault) = refusal("null");
         assert_eq!(fault.detail, "invalid type: null, expected an object");
+    }
+
+    #[test]
+    fn reads_what_an_editor_marks_as_text() {
+        assert_eq!(parsed::<MatchRequest>(b"\xef\xbb\xbf{\"mesh\": \"m\", \"sketch\": \"s\"}").unwrap().mesh, "m");
+        assert_eq!(typed::<MatchRequest>(b"\xef\xbb\xbf{\"mesh\": \"m\", \"sketch\": \"s\"}").unwrap().mesh, "m");
+    }
+
+    #[test]
+    fn names_the_same_places_without_a_tree() {
+        use crate::sketch::outline::OutlineRequest;
+        let places = [
+            ("", 400, ""),
+            ("{", 400, ""),
+            ("[]", 422, ""),
+            ("{}", 422, "/outline"),
+            (r#"{"outline": [], "outline": []}"#, 400, ""),
+            (r#"{"outline": []} 1"#, 400, ""),
+            (r#"{"outline": [], "holes": 1}"#, 422, "/holes"),
+            (r#"{"outline": [[0, 1], [0, "1"]]}"#, 422, "/outline/1/1"),
+            (r#"{"outline": [[0, 1e999]]}"#, 400, "/outline/0/1"),
+            (r#"{"outline": [[0, 1, 2]]}"#, 422, "/outline/0"),
+            (r#"{"outline": [], "out/line": []}"#, 422, "/out~1line"),
+            (r#"{"outline": [], "target_vertices": 1.5}"#, 422, "/target_vertices"),
+            (r#"{"outline": [], "target_vertices": -1}"#, 422, "/target_vertices"),
+        ];
+        for (text, status, pointer) in places {
+            let problem = typed::<OutlineRequest>(text.as_bytes()).unwrap_err();
+            let place = problem.errors[0].pointer.as_deref();
+            assert_eq!((problem.status, place), (status, Some(pointer)), "{text}: {}", problem.errors[0].detail);
+            assert_eq!(parsed::<OutlineRequest>(text.as_bytes()).unwrap_err().status, status, "{text}");
+        }
+        let request = typed::<OutlineRequest>(br#"{"outline": [[0, 1]], "target_vertices": 60.0}"#).unwrap();
+        assert_eq!((request.outline, request.target_vertices), (vec![[0.0, 1.0]], 60));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Matches: asked for, looked at, ended.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Json;
@@ -53,8 +54,9 @@ pub async fn create(
     wait: Wait,
     body: JsonBody,
 ) -> Result<Response, Problem> {
-    let bytes = body.bytes.clone();
-    let print = app.off_runtime(move || fingerprint(&[&bytes])).await?;
+    let body = Arc::new(body);
+    let printed = body.clone();
+    let print = app.off_runtime(move || fingerprint(&[&printed.bytes])).await?;
     let request = submitted(&app, body, key.dedupe(&print));
     let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
     let location = answer.location.clone().unwrap_or_default();
@@ -70,9 +72,9 @@ pub async fn create(
 }
 
 /// Queues the match that `body` asks for.
-async fn submitted(app: &App, body: JsonBody, dedupe: Option<String>) -> Result<Answer, Problem> {
-    let request = app.off_runtime(move || json::parsed::<MatchRequest>(&body.bytes).map(|request| (request, body)));
-    let (request, _body) = request.await??;
+async fn submitted(app: &App, body: Arc<JsonBody>, dedupe: Option<String>) -> Result<Answer, Problem> {
+    let (memory, read) = (body.bytes.len().saturating_mul(json::MEMORY_OF_TREE), body.clone());
+    let request = app.with_memory(memory, move || json::parsed::<MatchRequest>(&read.bytes)).await??;
     let (settings, payload) = payload(app, request).await?;
     let job = NewJob {
         mesh: Some(&settings.mesh),

@@ -1,5 +1,7 @@
 //! Meshes: uploaded, looked at, listed.
 
+use std::sync::Arc;
+
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
@@ -42,6 +44,9 @@ pub struct UploadQuery {
     name: Option<String>,
 }
 
+/// Bytes of memory per byte of a mesh file while it is read, about: STL and binary PLY, of few bytes a triangle, take most.
+const MEMORY_OF_FILE: usize = 12;
+
 /// Takes a mesh.
 ///
 /// The file is the raw body, or the part `file` of a form. The same file, read the same way, is one mesh however often it
@@ -63,16 +68,18 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let asked = (upload.bytes.clone(), format!("{query:?}"));
+    let upload = Arc::new(upload);
+    let asked = (upload.clone(), format!("{query:?}"));
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
-        let taken = app.off_runtime(move || {
-            let Upload { bytes, media_type, file_name, .. } = &upload;
+        let memory = upload.bytes.len().saturating_mul(MEMORY_OF_FILE);
+        let taken = app.with_memory(memory, move || {
+            let Upload { bytes, media_type, file_name, .. } = &*upload;
             let format = format(bytes, query.format, media_type.as_deref(), file_name.as_deref())?;
             let (mesh, measures) = measured(imported(bytes, format, &limits)?);
             let media_type = format.media_type().to_owned();
-            Ok::<_, Problem>((mesh, measures, Source { bytes: upload.bytes, media_type, parameters: String::new() }))
+            Ok::<_, Problem>((mesh, measures, Source { bytes: bytes.clone(), media_type, parameters: String::new() }))
         });
         let (mesh, measures, source) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;

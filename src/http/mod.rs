@@ -26,7 +26,9 @@ mod results;
 mod shapes;
 pub mod sketches;
 mod spectra;
+pub mod svg_reader;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -63,6 +65,8 @@ pub struct Config {
     pub max_request_bytes: usize,
     /// Bytes of all bodies that are in memory at one time.
     pub max_uploads_bytes: usize,
+    /// Bytes of memory that everything read at one time may take: what is made of bodies, as estimated beforehand.
+    pub max_reading_bytes: usize,
     /// Triangles of a mesh.
     pub max_triangles: usize,
     /// Eigenpairs of a spectrum.
@@ -71,6 +75,8 @@ pub struct Config {
     pub max_job_memory: usize,
     /// Jobs that may wait.
     pub max_queue: usize,
+    /// The program whose processes read SVGs, see [`svg_reader`]; where there is none they are read in this one.
+    pub svg_reader: Option<PathBuf>,
 }
 
 impl Default for Config {
@@ -80,10 +86,12 @@ impl Default for Config {
             max_upload_bytes: 128 << 20,
             max_request_bytes: 16 << 20,
             max_uploads_bytes: 512 << 20,
+            max_reading_bytes: 2 << 30,
             max_triangles: 1_000_000,
             max_eigenpairs: 500,
             max_job_memory: 8 << 30,
             max_queue: 1000,
+            svg_reader: None,
         }
     }
 }
@@ -98,10 +106,16 @@ pub struct App {
     shutdown: CancellationToken,
     parsers: Arc<Semaphore>,
     memory: Arc<Semaphore>,
+    reading: Arc<Semaphore>,
     /// Held while the store is checked.
     checks: Arc<Mutex<()>>,
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
+}
+
+/// Permits for this many bytes.
+fn grains(bytes: usize) -> u32 {
+    u32::try_from(bytes.div_ceil(body::MEMORY_GRAIN)).unwrap_or(u32::MAX)
 }
 
 impl App {
@@ -111,23 +125,51 @@ impl App {
         health::describe();
         observation::describe();
         let parsers = std::thread::available_parallelism().map_or(1, usize::from);
-        let memory = config.max_uploads_bytes.max(config.max_upload_bytes).div_ceil(body::MEMORY_GRAIN);
+        let semaphore = |bytes: usize| Arc::new(Semaphore::new(grains(bytes) as usize));
         App {
             store,
+            memory: semaphore(config.max_uploads_bytes.max(config.max_upload_bytes)),
+            reading: semaphore(config.max_reading_bytes),
             config: Arc::new(config),
             metrics,
             shutdown,
             parsers: Arc::new(Semaphore::new(parsers)),
-            memory: Arc::new(Semaphore::new(memory.min(Semaphore::MAX_PERMITS))),
             checks: Arc::default(),
             process,
         }
     }
 
-    /// What `work` returns, done on a thread of its own: as many at a time as there are processors.
+    /// What `work` returns, done on a thread of its own: as many at a time as there are processors. Work that has begun
+    /// keeps its turn to its end, also where the client hangs up meanwhile.
     async fn off_runtime<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
-        let _turn = self.parsers.acquire().await.map_err(Problem::internal)?;
-        tokio::task::spawn_blocking(work).await.map_err(Problem::internal)
+        let turn = self.parsers.clone().acquire_owned().await.map_err(Problem::internal)?;
+        let in_turn = move || {
+            let _turn = turn;
+            work()
+        };
+        tokio::task::spawn_blocking(in_turn).await.map_err(Problem::internal)
+    }
+
+    /// The same for work that takes about this many bytes of memory: it begins once they are free, what takes more than
+    /// there are alone.
+    async fn with_memory<T: Send + 'static>(
+        &self,
+        bytes: usize,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let grains = grains(bytes.min(self.config.max_reading_bytes));
+        let memory = self.reading.clone().acquire_many_owned(grains).await.map_err(Problem::internal)?;
+        let holding = move || {
+            let _memory = memory;
+            work()
+        };
+        self.off_runtime(holding).await
+    }
+
+    /// Bytes of memory that are set aside for what is being read now.
+    fn reading_bytes(&self) -> usize {
+        let all = grains(self.config.max_reading_bytes) as usize;
+        (all - self.reading.available_permits()) * body::MEMORY_GRAIN
     }
 
     /// A hold on memory for a body of `length` bytes, given back when dropped.
@@ -135,8 +177,7 @@ impl App {
     /// # Errors
     /// 503 while other bodies take it up.
     fn memory_for(&self, length: usize) -> Result<OwnedSemaphorePermit, Problem> {
-        let grains = u32::try_from(length.div_ceil(body::MEMORY_GRAIN)).unwrap_or(u32::MAX);
-        let hold = self.memory.clone().try_acquire_many_owned(grains);
+        let hold = self.memory.clone().try_acquire_many_owned(grains(length));
         hold.map_err(|_| Problem::busy("too many uploads are under way", 1))
     }
 
@@ -210,5 +251,40 @@ pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
     tokio::select! {
         ended = async { server.await } => ended,
         () = overdue => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use metrics_exporter_prometheus::PrometheusBuilder;
+
+    use super::*;
+    use crate::store::testing::fresh;
+
+    #[tokio::test]
+    async fn work_keeps_its_turn_and_its_memory_when_nobody_waits_any_more() {
+        let (_directory, store) = fresh().await;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let turns = app.parsers.available_permits();
+        let (began, begun) = channel();
+        let (end, ended) = channel();
+        let working = app.clone();
+        let asking = tokio::spawn(async move {
+            let work = move || {
+                began.send(()).unwrap();
+                ended.recv().unwrap();
+            };
+            working.with_memory(1 << 20, work).await
+        });
+        tokio::task::spawn_blocking(move || begun.recv().unwrap()).await.unwrap();
+        asking.abort();
+        assert!(asking.await.unwrap_err().is_cancelled());
+        assert_eq!((app.parsers.available_permits(), app.reading_bytes()), (turns - 1, 1 << 20));
+        end.send(()).unwrap();
+        let all_turns = app.parsers.acquire_many(u32::try_from(turns).unwrap()).await;
+        assert!(all_turns.is_ok() && app.reading.available_permits() == grains(app.config.max_reading_bytes) as usize);
     }
 }

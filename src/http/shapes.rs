@@ -1,6 +1,7 @@
 //! What meshes and sketches have in common as resources.
 
 use std::future::Future;
+use std::sync::Arc;
 
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::App;
-use super::body::JsonBody;
+use super::body::{JsonBody, Upload};
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::job_document::timestamp;
 use super::json;
@@ -113,15 +114,15 @@ fn document<T: DeserializeOwned>(shape: Shape) -> Result<ShapeDocument<T>, Probl
     Ok(ShapeDocument { id: shape.id, name: shape.name, created_at: timestamp(shape.created_ms), measures })
 }
 
-/// Answers an upload of these bytes and this query, once under one key.
+/// Answers an upload with this query, once under one key.
 pub async fn once(
     app: &App,
     kind: Kind,
     key: &IdempotencyKey,
-    (bytes, query): (Bytes, String),
+    (upload, query): (Arc<Upload>, String),
     answer: impl Future<Output = Result<Answer, Problem>>,
 ) -> Result<Response, Problem> {
-    let print = app.off_runtime(move || fingerprint(&[&bytes, query.as_bytes()])).await?;
+    let print = app.off_runtime(move || fingerprint(&[&upload.bytes, query.as_bytes()])).await?;
     let route = format!("POST {}", kind.path());
     Ok(key.once(&app.store, &route, &print, answer).await?.into_response())
 }

@@ -1,5 +1,8 @@
 //! Sketches: uploaded, looked at, listed.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
@@ -10,16 +13,17 @@ use utoipa::{IntoParams, ToSchema};
 use super::App;
 use super::body::{JsonBody, Upload, is_json, unsupported};
 use super::idempotency::IdempotencyKey;
-use super::json;
+use super::json::{self, without_mark};
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Coordinates, Geometry, Renaming, ShapeDocument};
+use super::svg_reader;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
     Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
-    from_svg,
+    from_svg, picture_memory,
 };
 use crate::store::{Kind, Source};
 
@@ -44,6 +48,9 @@ pub struct UploadQuery {
     #[param(max_length = 200)]
     name: Option<String>,
 }
+
+/// Bytes of memory per byte of a drawing that is text: an SVG of many short elements takes most.
+const MEMORY_OF_TEXT: usize = 32;
 
 /// The kinds of drawing that are understood.
 #[derive(Clone, Copy)]
@@ -87,21 +94,25 @@ pub async fn upload(
     key: IdempotencyKey,
     upload: Upload,
 ) -> Result<Response, Problem> {
-    let asked = (upload.bytes.clone(), format!("{query:?}"));
+    let upload = Arc::new(upload);
+    let asked = (upload.clone(), format!("{query:?}"));
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let target = target(query.target_vertices)?;
-        let config = Config { max_svg_bytes: app.config.max_request_bytes, ..Config::default() };
-        let taken = app.off_runtime(move || {
-            let drawn = drawn(&upload.bytes, upload.media_type.as_deref())?;
-            let imported = imported(&upload.bytes, drawn, target, &config)?;
-            let parameters = target.map(|vertices| format!("target_vertices={vertices}")).unwrap_or_default();
-            Ok::<_, Problem>((
-                imported,
-                Source { bytes: upload.bytes, media_type: drawn.media_type().to_owned(), parameters },
-            ))
+        let config = Config { max_document_bytes: app.config.max_request_bytes, ..Config::default() };
+        let (looked_at, within) = (upload.clone(), config.clone());
+        let known = app.off_runtime(move || {
+            let drawn = drawn(&looked_at.bytes, looked_at.media_type.as_deref())?;
+            Ok::<_, Problem>((drawn, memory(&looked_at.bytes, drawn, &within)?))
         });
-        let (Imported { sketch, warnings }, source) = taken.await??;
+        let (drawn, memory) = known.await??;
+        let (svg_reader, file) = (app.config.svg_reader.clone(), upload.bytes.clone());
+        // The turn and the memory are of the work, which goes on where the client hangs up; so is the upload.
+        let taken =
+            app.with_memory(memory, move || imported(&upload.bytes, drawn, target, &config, svg_reader.as_deref()));
+        let Imported { sketch, warnings } = taken.await??;
+        let parameters = target.map(|vertices| format!("target_vertices={vertices}")).unwrap_or_default();
+        let source = Source { bytes: file, media_type: drawn.media_type().to_owned(), parameters };
         let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
         shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, source, name.as_deref(), body).await?)
     };
@@ -127,30 +138,61 @@ pub fn drawn(bytes: &[u8], media_type: Option<&str>) -> Result<Drawn, Problem> {
         Some(media_type) if is_json(media_type) => Ok(Drawn::Outline),
         Some("image/svg+xml") => Ok(Drawn::Svg),
         Some("image/png") => Ok(Drawn::Png),
-        Some("image/jpeg") => Ok(Drawn::Jpeg),
-        None | Some("application/octet-stream") => match bytes.trim_ascii_start() {
-            [b'{', ..] => Ok(Drawn::Outline),
-            [b'<', ..] => Ok(Drawn::Svg),
-            [0x89, b'P', b'N', b'G', ..] => Ok(Drawn::Png),
-            [0xff, 0xd8, 0xff, ..] => Ok(Drawn::Jpeg),
-            _ => Err(unsupported("the bytes are no JSON, SVG, PNG or JPEG")),
-        },
-        Some(_) => Err(unsupported("a sketch is application/json, image/svg+xml, image/png or image/jpeg")),
+        Some("image/jpeg" | "image/jpg") => Ok(Drawn::Jpeg),
+        _ => sniffed(bytes).ok_or_else(|| {
+            unsupported(
+                "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them",
+            )
+        }),
     }
 }
 
-/// The sketch in a drawing of this kind.
+/// The kind of drawing by its first bytes.
+fn sniffed(bytes: &[u8]) -> Option<Drawn> {
+    match without_mark(bytes).trim_ascii_start() {
+        [b'{', ..] => Some(Drawn::Outline),
+        [b'<', ..] => Some(Drawn::Svg),
+        [0x89, b'P', b'N', b'G', ..] => Some(Drawn::Png),
+        [0xff, 0xd8, 0xff, ..] => Some(Drawn::Jpeg),
+        _ => None,
+    }
+}
+
+/// Bytes of memory that a drawing takes while it is read, about.
+///
+/// # Errors
+/// 413 for text beyond its limit.
+fn memory(bytes: &[u8], drawn: Drawn, config: &Config) -> Result<usize, Problem> {
+    match drawn {
+        Drawn::Png | Drawn::Jpeg => Ok(picture_memory(bytes, config)),
+        Drawn::Outline | Drawn::Svg if bytes.len() > config.max_document_bytes => {
+            Err(Problem::too_large(config.max_document_bytes))
+        }
+        Drawn::Outline | Drawn::Svg => Ok(bytes.len().saturating_mul(MEMORY_OF_TEXT)),
+    }
+}
+
+/// The sketch in a drawing of this kind; an SVG is read by a process of the program `svg_reader` where there is one.
 ///
 /// # Errors
 /// 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
-pub fn imported(bytes: &[u8], drawn: Drawn, target: Option<usize>, config: &Config) -> Result<Imported, Problem> {
+pub fn imported(
+    bytes: &[u8],
+    drawn: Drawn,
+    target: Option<usize>,
+    config: &Config,
+    svg_reader: Option<&Path>,
+) -> Result<Imported, Problem> {
     let wanted = target.unwrap_or(DEFAULT_TARGET_VERTICES);
     let imported = match drawn {
         Drawn::Outline => {
-            let (drawing, wanted) = json::parsed::<OutlineRequest>(bytes)?.into_parts();
+            let (drawing, wanted) = json::typed::<OutlineRequest>(bytes)?.into_parts();
             from_outline(&drawing, target.unwrap_or(wanted), config)
         }
-        Drawn::Svg => from_svg(bytes, wanted, config),
+        Drawn::Svg => match svg_reader {
+            Some(program) => svg_reader::read(program, bytes, wanted, config).map_err(Problem::internal)?,
+            None => from_svg(bytes, wanted, config),
+        },
         Drawn::Png | Drawn::Jpeg => from_picture(bytes, wanted, config),
     };
     imported.map_err(refused)

@@ -136,7 +136,7 @@ pub struct WaveRequest {
     pub count: Option<usize>,
     /// Width of an energy's band in spacings of the energies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0, maximum = 1_000_000)]
+    #[schema(minimum = 1e-6, maximum = 1_000_000)]
     pub variance: Option<f64>,
 }
 

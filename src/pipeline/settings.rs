@@ -16,6 +16,8 @@ use crate::spectral::Boundary;
 pub const MAX_BASIS: usize = 500;
 const MAX_COMPONENTS: usize = 1000;
 const MAX_LANDMARKS: usize = 1000;
+/// Widths of a band of energy in spacings of the energies; in a narrower one there is no room for rounding.
+const VARIANCES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 const MAX_ICP: usize = 200;
 
 /// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
@@ -163,8 +165,9 @@ impl Settings {
             faults.add("/descriptors/hks/times", "must be two times in ascending order, from 1e-12 to 1e12");
         }
         faults.range("/descriptors/wks/count", wks.count, 0, MAX_COMPONENTS);
-        if !(wks.variance > 0.0 && wks.variance <= 1e6) {
-            faults.add("/descriptors/wks/variance", "must be positive and at most 1000000");
+        if !VARIANCES.contains(&wks.variance) {
+            let (least, most) = (VARIANCES.start(), VARIANCES.end());
+            faults.add("/descriptors/wks/variance", format!("must be {least} to {most}, is {:?}", wks.variance));
         }
         self.region_faults(&mut faults);
         self.alignment_faults(&mut faults);
@@ -284,7 +287,7 @@ pub fn check(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize) 
 pub fn upsampled(settings: &Settings) -> (usize, usize) {
     let Basis { k, k_mesh, .. } = settings.basis;
     match settings.refinement {
-        Refinement::Zoomout { k: last } => (last, (k_mesh * last).div_ceil(k.max(1))),
+        Refinement::Zoomout { k: last } => (last, k_mesh.saturating_mul(last).div_ceil(k.max(1))),
         _ => (k, k_mesh),
     }
 }

@@ -6,6 +6,7 @@
 
 mod arrangement;
 mod contour;
+mod exchange;
 pub mod outline;
 mod picture;
 mod refusal;
@@ -33,13 +34,13 @@ pub const TARGET_VERTICES: std::ops::RangeInclusive<usize> = 50..=20_000;
 const TINY_HOLE: f64 = 4e-4;
 
 /// What an upload may cost.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Config {
     /// Points of an outline and its holes together, also of one found in a picture or an SVG: 20,000 by default. No
     /// sketch has more vertices, and a comb of so many points takes two seconds, one of 40,000 more than five.
     pub max_points: usize,
-    /// Bytes of an SVG document.
-    pub max_svg_bytes: usize,
+    /// Bytes of a drawing that is text: an SVG or an outline in JSON.
+    pub max_document_bytes: usize,
     /// Pixels of a picture along one side.
     pub max_picture_side: u32,
     /// Pixels of a picture.
@@ -48,7 +49,7 @@ pub struct Config {
 
 impl Default for Config {
     fn default() -> Self {
-        Self { max_points: 20_000, max_svg_bytes: 16 << 20, max_picture_side: 8192, max_picture_pixels: 64 << 20 }
+        Self { max_points: 20_000, max_document_bytes: 16 << 20, max_picture_side: 8192, max_picture_pixels: 64 << 20 }
     }
 }
 
@@ -73,14 +74,15 @@ impl YAxis {
 }
 
 /// A triangulated figure in the plane: z = 0, y up, triangles counter-clockwise, one component.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "exchange::Parts", try_from = "exchange::Parts")]
 pub struct Sketch {
     mesh: TriangleMesh,
     y_axis: YAxis,
 }
 
 /// A sketch made of an upload, and what was mended or left out on the way.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Imported {
     pub sketch: Sketch,
     pub warnings: Vec<Warning>,
@@ -188,6 +190,11 @@ pub fn from_picture(bytes: &[u8], target_vertices: usize, config: &Config) -> Re
     let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Down)?;
     warnings.extend(given_up);
     Ok(Imported { sketch, warnings })
+}
+
+/// Bytes of memory that reading a picture takes at its peak, about, by its header; none where that is refused.
+pub fn picture_memory(bytes: &[u8], config: &Config) -> usize {
+    picture::memory(bytes, config)
 }
 
 /// The figure of a drawing with y down. What is wrong with it has a place but no pointer: nobody wrote its points.

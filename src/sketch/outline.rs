@@ -1,6 +1,9 @@
 //! A drawing given as points, and the clean figure it bounds.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::de::{Error as _, IgnoredAny, SeqAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 
@@ -27,14 +30,15 @@ const MIN_AREA: f64 = 1e-9;
 #[serde(deny_unknown_fields)]
 pub struct OutlineRequest {
     /// Corners of the outer line, y up, in either direction; the last is joined to the first.
+    #[serde(deserialize_with = "line")]
     #[schema(schema_with = outline_schema)]
     pub outline: Vec<[f64; 2]>,
     /// Lines inside the outline whose insides do not belong to the figure.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "lines")]
     #[schema(schema_with = holes_schema)]
     pub holes: Vec<Vec<[f64; 2]>>,
     /// Vertices of the triangulation, 50 to 20,000, met within 10 % on ordinary outlines.
-    #[serde(default = "default_target")]
+    #[serde(default = "default_target", deserialize_with = "whole")]
     #[schema(minimum = 50, maximum = 20000, default = 800)]
     pub target_vertices: usize,
 }
@@ -58,6 +62,52 @@ fn holes_schema() -> ArrayBuilder {
 
 fn default_target() -> usize {
     super::DEFAULT_TARGET_VERTICES
+}
+
+/// A point as it is sent: an array of Rust would leave a third number to whoever reads on.
+struct Sent([f64; 2]);
+
+impl<'de> Deserialize<'de> for Sent {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Sent, D::Error> {
+        deserializer.deserialize_seq(SentVisitor)
+    }
+}
+
+struct SentVisitor;
+
+impl<'de> Visitor<'de> for SentVisitor {
+    type Value = Sent;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a point of two numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Sent, A::Error> {
+        let x = numbers.next_element()?.ok_or_else(|| A::Error::invalid_length(0, &self))?;
+        let y = numbers.next_element()?.ok_or_else(|| A::Error::invalid_length(1, &self))?;
+        match numbers.next_element::<IgnoredAny>()? {
+            Some(_) => Err(A::Error::invalid_length(3, &self)),
+            None => Ok(Sent([x, y])),
+        }
+    }
+}
+
+fn line<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
+    Ok(Vec::<Sent>::deserialize(deserializer)?.into_iter().map(|Sent(point)| point).collect())
+}
+
+fn lines<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<[f64; 2]>>, D::Error> {
+    let lines = Vec::<Vec<Sent>>::deserialize(deserializer)?;
+    Ok(lines.into_iter().map(|line| line.into_iter().map(|Sent(point)| point).collect()).collect())
+}
+
+/// A whole number, written with a fraction of zero or without, as JSON Schema has it.
+fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    if number.fract() != 0.0 || number < 0.0 {
+        return Err(D::Error::invalid_value(Unexpected::Float(number), &"a whole number from 0 on"));
+    }
+    Ok(number as usize)
 }
 
 impl OutlineRequest {
@@ -108,7 +158,7 @@ impl Frame {
 
 impl Figure {
     /// The figure that a drawing bounds, and what was mended: a repeated closing point, repeated points, points in the
-    /// middle of straight lines, spikes of no width, small loops where a line crosses itself, a clockwise outline.
+    /// middle of straight lines, spikes of no width, small loops where a line crosses itself.
     ///
     /// Apart from such loops rings may not share a single point, not even with themselves: where a figure touches itself
     /// its surface is not a manifold there, and which parts belong together is for the drawer to say.
@@ -148,9 +198,6 @@ impl Figure {
             let detail = format!("{}: small loops where the line crosses itself were left out", ring_pointer(ring));
             Warning::new(WarningCode::SelfCrossing, detail)
         }));
-        if clean[0].signed_area() < 0.0 {
-            warnings.push(Warning::new(WarningCode::Orientation, "the outline ran clockwise and was turned round"));
-        }
         let rings = (0..).zip(clean).map(|(i, ring)| oriented(ring, i == 0)).collect();
         Ok((Self { rings, frame }, warnings))
     }

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageError, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 
 use super::contour::{self, Field};
 use super::outline::Drawing;
@@ -13,6 +13,10 @@ use super::{Config, TINY_HOLE};
 
 /// Memory a decoder may take beside its output.
 const MAX_DECODER_BYTES: u64 = 1 << 30;
+
+/// Bytes per pixel beside the decoded picture: six of the coefficients of a progressive JPEG, and what the figure is
+/// found with: two of brightness and opacity, six of the field and its masks, eight of the front that floods it.
+const WORKING_BYTES_PER_PIXEL: u64 = 22;
 
 /// A figure of fewer pixels has no shape to speak of.
 const MIN_FIGURE_PIXELS: usize = 100;
@@ -53,34 +57,48 @@ pub(super) fn drawing(bytes: &[u8], config: &Config) -> Result<(Drawing, Vec<War
     Ok((Drawing { outline, holes: rings.collect() }, warnings))
 }
 
+/// Bytes of memory that a picture takes at its peak, about, by its header; none where [`drawing`] refuses that.
+pub(super) fn memory(bytes: &[u8], config: &Config) -> usize {
+    let Ok(decoder) = decoder(bytes, config) else { return 0 };
+    let (width, height) = decoder.dimensions();
+    let working = u64::from(width) * u64::from(height) * WORKING_BYTES_PER_PIXEL;
+    usize::try_from(decoder.total_bytes().saturating_add(working)).unwrap_or(usize::MAX)
+}
+
 fn decoded(bytes: &[u8], config: &Config) -> Result<DynamicImage, Refusal> {
-    let unreadable = |error: ImageError| match error {
-        ImageError::Limits(_) => Refusal::plain(format!(
-            "the picture is too large: at most {} pixels a side are taken",
-            config.max_picture_side
-        )),
-        error => Refusal::plain(format!("the picture cannot be read: {error}")),
-    };
-    let reader = || -> Result<_, Refusal> {
-        let mut reader = ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| Refusal::plain(format!("the picture cannot be read: {error}")))?;
-        if reader.format().is_none() {
-            return Err(Refusal::plain("this is not a PNG or JPEG picture"));
-        }
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(config.max_picture_side);
-        limits.max_image_height = Some(config.max_picture_side);
-        limits.max_alloc = Some(MAX_DECODER_BYTES);
-        reader.limits(limits);
-        Ok(reader)
-    };
-    let (width, height) = reader()?.into_dimensions().map_err(unreadable)?;
+    DynamicImage::from_decoder(decoder(bytes, config)?).map_err(|error| unreadable(&error, config))
+}
+
+/// A decoder that has read the header of a picture within the limits.
+fn decoder<'a>(bytes: &'a [u8], config: &Config) -> Result<impl ImageDecoder + use<'a>, Refusal> {
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| unreadable(&error.into(), config))?;
+    if reader.format().is_none() {
+        return Err(Refusal::plain("this is not a PNG or JPEG picture"));
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(config.max_picture_side);
+    limits.max_image_height = Some(config.max_picture_side);
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(|error| unreadable(&error, config))?;
+    let (width, height) = decoder.dimensions();
     if u64::from(width) * u64::from(height) > config.max_picture_pixels {
         let detail = format!("{width} × {height} pixels; at most {} are taken", config.max_picture_pixels);
         return Err(Refusal::plain(detail));
     }
-    reader()?.decode().map_err(unreadable)
+    Ok(decoder)
+}
+
+fn unreadable(error: &ImageError, config: &Config) -> Refusal {
+    Refusal::plain(match error {
+        ImageError::Limits(_) => {
+            format!("the picture is too large: at most {} pixels a side are taken", config.max_picture_side)
+        }
+        ImageError::Unsupported(_) => "the picture is of a kind that is not read: PNG and JPEG are".to_owned(),
+        _ => "the picture cannot be read: it is broken or cut off".to_owned(),
+    })
 }
 
 /// The picture as a field that is above its threshold in figures.

@@ -55,8 +55,6 @@ pub enum WarningCode {
     Spikes,
     /// Small loops where a ring crosses itself were left out.
     SelfCrossing,
-    /// A ring went round the other way.
-    Orientation,
     /// Detail too fine for the wanted number of vertices was left out.
     Simplified,
     /// The smallest angle asked for was given up to keep thin parts at the wanted number of vertices.

@@ -286,6 +286,17 @@ fn requests() -> Vec<Case> {
         request("an unknown preset", r#""preset": "best""#, "/preset"),
         request("an unknown part", r#""part": "half""#, "/part"),
         request("no eigenfunctions", r#""basis": {"k": 0}"#, "/basis/k"),
+        request("the most eigenfunctions there can be", r#""basis": {"k": 18446744073709551615}"#, "/basis/k"),
+        request(
+            "a zoom to the most eigenfunctions there can be",
+            r#""refinement": {"method": "zoomout", "k": 18446744073709551615}"#,
+            "/refinement/k",
+        ),
+        request(
+            "bands of next to no width",
+            r#""descriptors": {"wks": {"variance": 5e-324}}"#,
+            "/descriptors/wks/variance",
+        ),
         request("more eigenfunctions than vertices", r#""basis": {"k": 400}"#, "/basis/k"),
         request("an unknown boundary", r#""basis": {"boundary": "robin"}"#, "/basis/boundary"),
         request("an unknown regulariser", r#""regulariser": {"type": "l3"}"#, "/regulariser/type"),

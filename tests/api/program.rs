@@ -22,17 +22,26 @@ pub struct Program {
 impl Program {
     /// The program, whose log is read on.
     pub fn start(data: &Path, workers: usize) -> Program {
-        let (program, log) = Program::start_unread(data, workers);
+        Program::with(data, &["--workers", &workers.to_string()])
+    }
+
+    /// The program with these options, whose log is read on.
+    pub fn with(data: &Path, options: &[&str]) -> Program {
+        let (program, log) = Program::unread(data, options);
         thread::spawn(move || log.lines().map_while(Result::ok).for_each(drop));
         program
     }
 
     /// The program, and its log from the address on, for the test to read or not.
     pub fn start_unread(data: &Path, workers: usize) -> (Program, Log) {
+        Program::unread(data, &["--workers", &workers.to_string()])
+    }
+
+    fn unread(data: &Path, options: &[&str]) -> (Program, Log) {
         let mut child = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--log-format", "json", "--workers", &workers.to_string()])
-            .arg("--data-dir")
+            .args(["serve", "--listen", "127.0.0.1:0", "--log-format", "json", "--data-dir"])
             .arg(data)
+            .args(options)
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
@@ -49,6 +58,11 @@ impl Program {
 
     pub fn url(&self, path: &str) -> String {
         format!("{}{path}", self.address)
+    }
+
+    /// Host and port.
+    pub fn authority(&self) -> &str {
+        self.address.trim_start_matches("http://")
     }
 }
 

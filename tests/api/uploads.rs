@@ -76,6 +76,36 @@ async fn a_picture_is_a_sketch() {
     }
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn a_sketch_tells_what_it_is_where_its_type_does_not() {
+    let server = Server::idle(Config::default()).await;
+    let json = [b"\xef\xbb\xbf".to_vec(), ellipse().to_string().into_bytes()].concat();
+    let files = [SQUARE_SVG.as_bytes().to_vec(), encoded(disk(), ImageFormat::Png), encoded(disk(), ImageFormat::Jpeg)];
+    for file in files.into_iter().chain([json.clone()]) {
+        for media_type in [None, Some("application/octet-stream"), Some("application/x-www-form-urlencoded")] {
+            let upload = server.post("/v1/sketches").body(file.clone());
+            let upload = media_type.into_iter().fold(upload, |upload, name| upload.header("content-type", name));
+            let answer = upload.send().await.unwrap();
+            assert!(answer.status().is_success(), "{media_type:?} {:?}", answer.text().await);
+        }
+    }
+    let jpeg = encoded(disk(), ImageFormat::Jpeg);
+    for (media_type, body) in [("image/jpg", jpeg), ("application/json; charset=utf-8", json)] {
+        let upload =
+            server.post("/v1/sketches").header("content-type", media_type).header("content-encoding", "identity");
+        assert!(upload.body(body).send().await.unwrap().status().is_success(), "{media_type}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_outline_may_run_either_way() {
+    let server = Server::idle(Config::default()).await;
+    let mut clockwise = ellipse();
+    clockwise["outline"].as_array_mut().unwrap().reverse();
+    let sketch = json_of(server.post("/v1/sketches").json(&clockwise).send().await.unwrap(), 201).await;
+    assert_eq!(sketch["warnings"], json!([]));
+}
+
 fn bounds(vertices: &serde_json::Value) -> ([f64; 2], [f64; 2]) {
     let points: Vec<[f64; 2]> = serde_json::from_value(vertices.clone()).unwrap();
     let extreme = |pick: fn(f64, f64) -> f64, start: f64| {

@@ -1,15 +1,19 @@
 //! The largest figure of an SVG document.
 
+mod bounds;
 mod crossings;
 mod nesting;
 mod shape;
+mod style;
 mod view;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::float::simplify::SimplifyShape;
 use i_overlay::mesh::float::outline::offset::OutlineOffset;
 use i_overlay::mesh::float::style::OutlineStyle;
-use usvg::roxmltree::{Document, ParsingOptions};
+use usvg::roxmltree::Document;
 
 use super::outline::Drawing;
 use super::refusal::{Refusal, Warning, WarningCode};
@@ -47,16 +51,13 @@ type Rings = Vec<Vec<[f64; 2]>>;
 /// # Errors
 /// Not an SVG document; one too large or nested too deeply; no shape in it, or open strokes only: with their gap.
 pub(super) fn drawing(bytes: &[u8], config: &Config) -> Result<(Drawing, Vec<Warning>), Refusal> {
-    if bytes.len() > config.max_svg_bytes {
-        let detail = format!("the SVG has {} bytes; at most {} are taken", bytes.len(), config.max_svg_bytes);
+    if bytes.len() > config.max_document_bytes {
+        let detail = format!("the SVG has {} bytes; at most {} are taken", bytes.len(), config.max_document_bytes);
         return Err(Refusal::plain(detail));
     }
-    let unreadable = |error: &dyn std::fmt::Display| Refusal::plain(format!("the SVG cannot be read: {error}"));
     let text = std::str::from_utf8(bytes).map_err(|_| Refusal::plain("the SVG is not plain text in UTF-8"))?;
-    let parsing = ParsingOptions { allow_dtd: true, nodes_limit: nesting::MAX_ELEMENTS as u32, ..Default::default() };
-    let document = Document::parse_with_options(text, parsing).map_err(|error| unreadable(&error))?;
-    nesting::check(&document)?;
-    let tree = usvg::Tree::from_xmltree(&document, &options()).map_err(|error| unreadable(&error))?;
+    let document = bounds::parsed(text)?;
+    let tree = tree(&document)?;
     let view = View::of(&document, tree.size());
     let shapes = shape::shapes(&tree, &view, 4 * config.max_points)?;
     let mut warnings: Vec<Warning> = ignored(&document).into_iter().collect();
@@ -74,6 +75,15 @@ pub(super) fn joined(drawing: &Drawing) -> Result<(Drawing, Vec<Warning>), Refus
     let detail = "parts that touch in single points were joined there";
     let mut warnings = vec![Warning::new(WarningCode::TouchingParts, detail)];
     Ok((largest(fatter, &mut warnings)?, warnings))
+}
+
+/// The document as it is drawn.
+fn tree(document: &Document) -> Result<usvg::Tree, Refusal> {
+    // Numbers near the ends of their range, wherever they stand, make usvg panic.
+    let drawn = catch_unwind(AssertUnwindSafe(|| usvg::Tree::from_xmltree(document, &options())));
+    let drawn =
+        drawn.map_err(|_| Refusal::plain("the SVG cannot be drawn: it has numbers that are too large or too small"))?;
+    drawn.map_err(|error| Refusal::plain(format!("the SVG cannot be read: {error}")))
 }
 
 /// Options that let nothing in but the document.

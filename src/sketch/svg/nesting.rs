@@ -1,9 +1,10 @@
-//! How deep and how large a document becomes when its references are followed: usvg does so by recursion.
+//! How deep and how large a document becomes when its references are followed: usvg does so by recursion, and reads what
+//! it finds each time anew.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use usvg::roxmltree::{Document, Node};
+use usvg::roxmltree::{Attribute, Document, Node};
 
 use crate::sketch::refusal::Refusal;
 
@@ -15,16 +16,32 @@ pub(super) const MAX_ELEMENTS: usize = 500_000;
 /// Deepest nesting, references followed; far from what a thread's stack holds.
 const MAX_DEPTH: usize = 128;
 
+/// Most numbers and commands of paths, references followed. So many are read, and their strokes measured, in about two
+/// seconds; a sketch has at most some ten thousand points, of six numbers each where they are curves.
+const MAX_NUMBERS: usize = 2_000_000;
+
+/// Most bytes of style that elements have of their own and from those around them: each reads all of it.
+const MAX_INHERITED: usize = 1 << 29;
+
+/// Attributes without style, which no other element inherits.
+const OF_ELEMENT: [&str; 6] = ["d", "points", "href", "id", "class", "viewBox"];
+
 /// The size of a part of a document, references followed.
 #[derive(Clone, Copy, Default)]
-struct Extent {
-    depth: usize,
-    elements: usize,
+pub(super) struct Extent {
+    pub depth: usize,
+    pub elements: usize,
+    /// Numbers and commands of paths.
+    numbers: usize,
+    /// Bytes of style times the elements that inherit them.
+    inherited: usize,
 }
 
+/// The extent of a document.
+///
 /// # Errors
 /// When the document is too deep or too large, or an element refers to one that it is a part of.
-pub(super) fn check(document: &Document) -> Result<(), Refusal> {
+pub(super) fn checked(document: &Document) -> Result<Extent, Refusal> {
     let ids: BTreeMap<&str, Node> =
         document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect();
     let mut extents = BTreeMap::new();
@@ -34,19 +51,47 @@ pub(super) fn check(document: &Document) -> Result<(), Refusal> {
     for node in document.descendants().filter(|node| node.has_tag_name("style")) {
         for id in node.text().into_iter().flat_map(references) {
             let Some(&target) = ids.get(id) else { continue };
-            let target = extent(target, &ids, &mut extents)?;
-            styled.depth = styled.depth.saturating_add(target.depth);
-            styled.elements = styled.elements.saturating_add(target.elements);
+            styled = styled.beside(extent(target, &ids, &mut extents)?);
         }
     }
-    let elements = root.elements.saturating_mul(styled.elements.saturating_add(1));
-    if root.depth.saturating_add(styled.depth) > MAX_DEPTH {
-        return Err(Refusal::plain(format!("the SVG is nested too deeply: at most {MAX_DEPTH} levels are taken")));
+    let of_all = |added: usize| root.elements.saturating_mul(added);
+    let whole = Extent {
+        depth: root.depth.saturating_add(styled.depth),
+        elements: root.elements.saturating_add(of_all(styled.elements)),
+        numbers: root.numbers.saturating_add(of_all(styled.numbers)),
+        inherited: root.inherited.saturating_add(of_all(styled.inherited)),
+    };
+    let too = |what: &str, most: usize, of_what: &str| {
+        Err(Refusal::plain(format!("the SVG is {what}, uses followed: at most {most} {of_what} are taken")))
+    };
+    match whole {
+        Extent { depth, .. } if depth > MAX_DEPTH => too("nested too deeply", MAX_DEPTH, "levels"),
+        Extent { elements, .. } if elements > MAX_ELEMENTS => too("too large", MAX_ELEMENTS, "elements"),
+        Extent { numbers, .. } if numbers > MAX_NUMBERS => {
+            too("too large", MAX_NUMBERS, "numbers and commands of paths")
+        }
+        Extent { inherited, .. } if inherited > MAX_INHERITED => {
+            too("too large", MAX_INHERITED, "bytes of style, over all elements that inherit them,")
+        }
+        whole => Ok(whole),
     }
-    if elements > MAX_ELEMENTS {
-        return Err(Refusal::plain(format!("the SVG is too large: at most {MAX_ELEMENTS} elements are taken")));
+}
+
+impl Extent {
+    /// Both, one nested in the other.
+    fn beside(self, other: Extent) -> Extent {
+        Extent { depth: self.depth.saturating_add(other.depth), ..self.with(other) }
     }
-    Ok(())
+
+    /// Both, side by side.
+    fn with(self, part: Extent) -> Extent {
+        Extent {
+            depth: self.depth.max(part.depth),
+            elements: self.elements.saturating_add(part.elements),
+            numbers: self.numbers.saturating_add(part.numbers),
+            inherited: self.inherited.saturating_add(part.inherited),
+        }
+    }
 }
 
 /// The extent of an element, from those of its children and of what it refers to; `known` is filled on the way.
@@ -63,15 +108,17 @@ fn extent<'a>(
             node.children().filter(Node::is_element).chain(referred.filter_map(|id| ids.get(id).copied()))
         };
         if is_ready {
-            let mut extent = Extent { depth: 0, elements: 1 };
+            let mut extent = Extent { elements: 1, ..Extent::default() };
             for part in parts() {
                 let Some(part) = known.get(&index(part)).copied().flatten() else {
                     return Err(Refusal::plain("an element of the SVG refers to one that it is a part of"));
                 };
-                extent.depth = extent.depth.max(part.depth);
-                extent.elements = extent.elements.saturating_add(part.elements);
+                extent = extent.with(part);
             }
-            known.insert(index(node), Some(Extent { depth: extent.depth + 1, ..extent }));
+            let (numbers, style) =
+                node.attributes().map(measured).fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+            let own = Extent { depth: 1, elements: 0, numbers, inherited: extent.elements.saturating_mul(style) };
+            known.insert(index(node), Some(extent.beside(own)));
         } else if let Entry::Vacant(unknown) = known.entry(index(node)) {
             unknown.insert(None);
             stack.push((node, true));
@@ -83,6 +130,27 @@ fn extent<'a>(
 
 fn index(node: Node) -> usize {
     node.id().get_usize()
+}
+
+/// The numbers and commands of an attribute that draws, the bytes of one that may be style.
+fn measured(attribute: Attribute) -> (usize, usize) {
+    let value = attribute.value();
+    match attribute.name() {
+        "d" | "points" => (numbers(value), 0),
+        name if OF_ELEMENT.contains(&name) || attribute.namespace().is_some() => (0, 0),
+        _ => (0, value.len()),
+    }
+}
+
+/// Not fewer than the numbers and commands in the data of a path: every letter, every point, and every run of digits.
+fn numbers(data: &str) -> usize {
+    let bytes = data.as_bytes();
+    let begins = |i: usize| match bytes[i] {
+        b'.' => true,
+        b'0'..=b'9' => i == 0 || !matches!(bytes[i - 1], b'0'..=b'9' | b'.'),
+        byte => byte.is_ascii_alphabetic(),
+    };
+    (0..bytes.len()).filter(|&i| begins(i)).count()
 }
 
 /// Names after every `#` that starts the value or stands in `url(…)`.

@@ -1,5 +1,6 @@
 //! The way from the canvas, which usvg draws on, back to the user units of the `viewBox`.
 
+use crate::sketch::refusal::Refusal;
 use usvg::Size;
 use usvg::roxmltree::Document;
 use usvg::tiny_skia_path::Point;
@@ -60,6 +61,23 @@ impl View {
         let corner = |canvas: [f64; 2]| [0, 1].map(|i| (canvas[i] - self.shift[i]) / self.scale[i]);
         (corner([0.0; 2]), corner(self.canvas))
     }
+}
+
+/// Largest number of a `viewBox`, and one over the least extent: what is drawn has single precision.
+const LARGEST: f64 = 1e12;
+
+/// Refuses a `viewBox` that is too large, too far away or too small to draw on.
+pub(super) fn check(document: &Document) -> Result<(), Refusal> {
+    let view_box = document.root_element().attribute("viewBox").and_then(numbers);
+    let is_extreme = |[x, y, width, height]: [f64; 4]| {
+        [x, y, width, height].iter().any(|number| number.abs() > LARGEST) || width.min(height) < 1.0 / LARGEST
+    };
+    if view_box.is_some_and(is_extreme) {
+        return Err(Refusal::plain(format!(
+            "the numbers of the SVG's viewBox are too extreme: at most {LARGEST:e} are taken"
+        )));
+    }
+    Ok(())
 }
 
 /// The four numbers of a `viewBox` that has an extent.

@@ -1,0 +1,83 @@
+//! SVGs read in a process of their own: the libraries that read them cannot be asked to stop, but the system can.
+//!
+//! What is known to grow out of proportion is refused before it is read. This is for what is not known: a reader that
+//! takes more than its share of time or memory is ended by the system, and with it nothing but the one drawing.
+
+use std::env;
+use std::io::{self, BufRead, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use rustix::process::{Resource, Rlimit, setrlimit};
+use serde::{Deserialize, Serialize};
+
+use crate::sketch::{Config, Imported, Refusal, from_svg};
+
+/// The command of the program that reads an SVG.
+pub const COMMAND: &str = "read-svg";
+
+/// Seconds of a processor that a reader may take.
+const MOST_SECONDS: u64 = 10;
+
+/// Bytes of address space that a reader may take.
+const MOST_BYTES: u64 = 2 << 30;
+
+/// The program that runs now, in whose processes an SVG can be read: the same one also after another was put in its place.
+///
+/// # Errors
+/// When the system does not tell.
+pub fn this_program() -> io::Result<PathBuf> {
+    let linux = PathBuf::from("/proc/self/exe");
+    if linux.exists() { Ok(linux) } else { env::current_exe() }
+}
+
+/// What is said to a reader, in a line before the bytes of the drawing.
+#[derive(Serialize, Deserialize)]
+struct Question {
+    target_vertices: usize,
+    config: Config,
+}
+
+/// The sketch in an SVG as [`from_svg`] makes it, read by a process of `program`; refused also where that takes too much.
+///
+/// # Errors
+/// When no process can be started, or what it says cannot be read.
+pub fn read(
+    program: &Path,
+    svg: &[u8],
+    target_vertices: usize,
+    config: &Config,
+) -> io::Result<Result<Imported, Refusal>> {
+    let mut question = serde_json::to_vec(&Question { target_vertices, config: config.clone() })?;
+    question.push(b'\n');
+    let mut reader = Command::new(program);
+    reader.arg(COMMAND).env_clear().stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut reader = reader.spawn()?;
+    if let Some(mut input) = reader.stdin.take() {
+        // A reader that has ended takes nothing more; how it ended is asked next.
+        let _ = input.write_all(&question).and_then(|()| input.write_all(svg));
+    }
+    let answer = reader.wait_with_output()?;
+    if !answer.status.success() {
+        let gibibytes = MOST_BYTES >> 30;
+        let detail = format!("the SVG takes more than {MOST_SECONDS} s or {gibibytes} GiB of memory to read");
+        return Ok(Err(Refusal::plain(detail)));
+    }
+    Ok(serde_json::from_slice(&answer.stdout)?)
+}
+
+/// Reads one SVG as [`read`] of another process asks, from `input` to `output`, within limits set here.
+///
+/// # Errors
+/// Where the limits cannot be set, the question cannot be read or the answer not be written.
+pub fn serve(mut input: impl BufRead, mut output: impl Write) -> io::Result<()> {
+    for (resource, most) in [(Resource::Cpu, MOST_SECONDS), (Resource::As, MOST_BYTES), (Resource::Core, 0)] {
+        setrlimit(resource, Rlimit { current: Some(most), maximum: Some(most) })?;
+    }
+    let (mut question, mut svg) = (String::new(), Vec::new());
+    input.read_line(&mut question)?;
+    input.read_to_end(&mut svg)?;
+    let Question { target_vertices, config } = serde_json::from_str(&question)?;
+    let answer: Result<Imported, Refusal> = from_svg(&svg, target_vertices, &config);
+    output.write_all(&serde_json::to_vec(&answer)?)
+}
