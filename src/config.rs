@@ -11,6 +11,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::commands::{EigenvaluesOptions, ExampleOptions, HealthOptions, MatchOptions};
 use crate::telemetry::LogFormat;
+use sketchmatch::http::origin::Origin;
 use sketchmatch::{http, store, worker};
 
 /// Matches 2D sketches to 3D meshes by functional maps.
@@ -61,7 +62,19 @@ pub struct ServeOptions {
     pub no_auth: bool,
     /// Origin that scripts of other sites may call from, or `*`; may be repeated.
     #[arg(long = "cors-origin", env = "SKETCHMATCH_CORS_ORIGIN", value_delimiter = ',')]
-    pub cors_origins: Vec<String>,
+    pub cors_origins: Vec<Origin>,
+    /// Name of a host to answer to beside local ones, as a proxy on this machine passes it on; may be repeated.
+    #[arg(long = "allowed-host", env = "SKETCHMATCH_ALLOWED_HOST", value_delimiter = ',')]
+    pub allowed_hosts: Vec<String>,
+    /// Most connections at one time; fewer where the process may not have so many files open.
+    #[arg(long, env = "SKETCHMATCH_MAX_CONNECTIONS", default_value_t = http::Config::default().max_connections)]
+    pub max_connections: usize,
+    /// How long a client may be silent before or within a request, and before it reads an answer.
+    #[arg(long, env = "SKETCHMATCH_IDLE_TIMEOUT", default_value = "30s", value_parser = humantime::parse_duration)]
+    pub idle_timeout: Duration,
+    /// How long a request may take, its body included, until it is answered; more than the longest wait of 60 s.
+    #[arg(long, env = "SKETCHMATCH_REQUEST_DEADLINE", default_value = "10m", value_parser = deadline)]
+    pub request_deadline: Duration,
     /// Largest mesh or sketch file.
     #[arg(long, env = "SKETCHMATCH_MAX_UPLOAD_BYTES", default_value_t = size(http::Config::default().max_upload_bytes))]
     pub max_upload_bytes: ByteSize,
@@ -125,6 +138,12 @@ fn bytes(size: ByteSize) -> usize {
     usize::try_from(size.as_u64()).unwrap_or(usize::MAX)
 }
 
+/// A deadline that leaves room for the longest wait a client is granted.
+fn deadline(text: &str) -> Result<Duration, String> {
+    let deadline = humantime::parse_duration(text).map_err(|error| error.to_string())?;
+    if deadline > http::LONGEST_WAIT { Ok(deadline) } else { Err("more than the longest wait of 60 s".to_owned()) }
+}
+
 impl ServeOptions {
     /// Refuses to serve the world without authentication unless told to in so many words.
     ///
@@ -142,6 +161,10 @@ impl ServeOptions {
     pub fn http(&self) -> http::Config {
         http::Config {
             cors_origins: self.cors_origins.clone(),
+            allowed_hosts: self.allowed_hosts.clone(),
+            max_connections: self.max_connections,
+            idle_timeout: self.idle_timeout,
+            request_deadline: self.request_deadline,
             max_upload_bytes: bytes(self.max_upload_bytes),
             max_request_bytes: bytes(self.max_request_bytes),
             max_uploads_bytes: bytes(self.max_uploads_bytes),
@@ -193,6 +216,19 @@ mod tests {
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
             }
         }
+    }
+
+    #[test]
+    fn an_origin_that_cannot_match_is_refused() {
+        let refused = Cli::try_parse_from(["sketchmatch", "serve", "--cors-origin", "https://a.example/"]).unwrap_err();
+        assert!(refused.to_string().contains("without a path: https://a.example"), "{refused}");
+        assert_eq!(serve(&["--cors-origin", "https://a.example,*"]).cors_origins.len(), 2);
+    }
+
+    #[test]
+    fn a_request_may_take_longer_than_the_longest_wait() {
+        assert_eq!(serve(&["--request-deadline", "2m"]).request_deadline, Duration::from_secs(120));
+        assert!(Cli::try_parse_from(["sketchmatch", "serve", "--request-deadline", "60s"]).is_err());
     }
 
     #[test]

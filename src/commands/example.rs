@@ -14,7 +14,7 @@ pub struct ExampleOptions {
     /// Directory to write to; made where it is missing.
     dir: PathBuf,
     /// Vertices of each creature's mesh, about: 2000 to 100000.
-    #[arg(long, env = "SKETCHMATCH_VERTICES", default_value_t = 5000, value_parser = vertices)]
+    #[arg(long, env = "SKETCHMATCH_VERTICES", default_value_t = example::VERTICES, value_parser = vertices)]
     vertices: usize,
 }
 

@@ -83,7 +83,7 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
         None => printed(&text)?,
     }
     if let Some((PictureFile { form, .. }, output)) = options.picture.as_ref().zip(picture) {
-        output.write(&pictures::file(*form, text.as_bytes(), &sketch.sketch, &mesh.mesh)?)?;
+        output.write(&pictures::file((*form).into(), text.as_bytes(), &sketch.sketch, &mesh.mesh)?)?;
     }
     let of_sketch = sketch.warnings.iter().map(|warning| format!("{}: {}", options.sketch.display(), warning.detail));
     let of_mesh = mesh.warnings.iter().map(|warning| format!("{}: {}", options.mesh.display(), warning.detail));

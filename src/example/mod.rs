@@ -24,6 +24,9 @@ use body::Body;
 /// The sizes a creature can be meshed at, in vertices.
 pub const SIZES: RangeInclusive<usize> = 2_000..=100_000;
 
+/// The vertices a creature has where nobody asks for others.
+pub const VERTICES: usize = 5_000;
+
 /// A creature to match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Creature {
@@ -52,6 +55,14 @@ impl Creature {
         match self {
             Self::Quadruped => "quadruped",
             Self::Biped => "biped",
+        }
+    }
+
+    /// What it is, in words.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Quadruped => "a cat in mid-stride, drawn from its left",
+            Self::Biped => "a standing person, drawn from the front",
         }
     }
 
@@ -118,7 +129,7 @@ pub fn files(vertices: usize) -> Result<Vec<(String, Vec<u8>)>, Unmade> {
 }
 
 /// The mesh as Wavefront OBJ, its vertices in their order.
-fn obj(mesh: &TriangleMesh) -> String {
+pub fn obj(mesh: &TriangleMesh) -> String {
     let mut text = String::new();
     for [x, y, z] in mesh.positions() {
         // Writing to a string cannot fail.

@@ -2,21 +2,19 @@
 
 use std::time::Duration;
 
-use axum::body::Body;
+use axum::body::{Body, BodyDataStream};
 use axum::extract::{FromRequest, Multipart, Request};
 use axum::http::{HeaderMap, StatusCode, header};
-use bytes::{Bytes, BytesMut};
+use bytes::Bytes;
 use futures::StreamExt;
 use tokio::sync::OwnedSemaphorePermit;
+use tokio::time::timeout;
 
 use super::App;
 use super::problem::{Fault, Problem};
 
 /// The media type of a form with files.
 const MULTIPART: &str = "multipart/form-data";
-
-/// How long a body may take to arrive.
-const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Bytes per permit of the memory set aside for bodies.
 pub const MEMORY_GRAIN: usize = 1024;
@@ -85,8 +83,7 @@ fn media_type(headers: &HeaderMap) -> Option<String> {
     (!essence.is_empty()).then_some(essence)
 }
 
-/// The whole body, which is not empty, at most `limit` bytes of it. Memory is set aside for the length announced, or the limit, before any
-/// is taken; the permit holds it.
+/// The whole body, which is not empty, at most `limit` bytes of it. The permit holds the memory it takes.
 async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, OwnedSemaphorePermit), Problem> {
     let headers = request.headers();
     let mut codings = headers.get_all(header::CONTENT_ENCODING).iter();
@@ -95,37 +92,49 @@ async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, Owned
         return Err(Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, fault));
     }
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<usize>().ok());
-    let length = announced.unwrap_or(limit);
-    if length > limit {
+    if announced.is_some_and(|length| length > limit) {
         return Err(Problem::too_large(limit));
     }
-    let memory = app.memory_for(length)?;
-    let body = tokio::time::timeout(PATIENCE, collected(request.into_body(), limit));
-    let late = || Problem::new(StatusCode::REQUEST_TIMEOUT, "the body took too long to arrive");
-    let bytes = body.await.map_err(|_| late())??;
+    let (bytes, memory) = collected(request.into_body(), app, limit).await?;
     if bytes.is_empty() {
         return Err(Problem::malformed(Fault::at_place("body", "the body is empty")));
     }
     Ok((bytes, memory))
 }
 
-async fn collected(body: Body, limit: usize) -> Result<Bytes, Problem> {
+/// The body and a hold on its memory, both growing as it arrives: what was announced and never comes keeps nobody out.
+async fn collected(body: Body, app: &App, limit: usize) -> Result<(Bytes, OwnedSemaphorePermit), Problem> {
     let mut chunks = body.into_data_stream();
-    let mut bytes = BytesMut::new();
-    while let Some(chunk) = chunks.next().await {
-        let chunk = chunk.map_err(|_| Problem::malformed(Fault::at_place("body", "the body broke off")))?;
-        if bytes.len() + chunk.len() > limit {
+    let (mut bytes, mut memory) = (Vec::new(), app.memory_for(0)?);
+    while let Some(chunk) = next(&mut chunks, app.config.idle_timeout).await? {
+        let length = bytes.len() + chunk.len();
+        if length > limit {
             return Err(Problem::too_large(limit));
+        }
+        if length > bytes.capacity() {
+            let room = (2 * bytes.capacity()).clamp(length, limit);
+            app.enlarge(&mut memory, room)?;
+            bytes.reserve_exact(room - bytes.len());
         }
         bytes.extend_from_slice(&chunk);
     }
-    Ok(bytes.freeze())
+    Ok((bytes.into(), memory))
+}
+
+/// The next piece of a body, for which the client may take as long as `patience`; nothing at its end.
+async fn next(chunks: &mut BodyDataStream, patience: Duration) -> Result<Option<Bytes>, Problem> {
+    let chunk = timeout(patience, chunks.next()).await;
+    let chunk =
+        chunk.map_err(|_| Problem::new(StatusCode::REQUEST_TIMEOUT, "nothing of the body came for too long"))?;
+    chunk.transpose().map_err(|_| Problem::malformed(Fault::at_place("body", "the body broke off")))
 }
 
 /// The part `file` of a form, the only part there may be.
 async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Problem> {
     let content_type = request.headers().get(header::CONTENT_TYPE).cloned();
-    let (bytes, memory) = read(request, app, limit).await?;
+    let (bytes, mut memory) = read(request, app, limit).await?;
+    // The part is taken out by copying it.
+    app.enlarge(&mut memory, 2 * bytes.len())?;
     let mut form = Request::new(Body::from(bytes));
     form.headers_mut().extend(content_type.map(|value| (header::CONTENT_TYPE, value)));
     let broken = |error: String| Problem::malformed(Fault::at_place("body", error));
@@ -148,12 +157,34 @@ async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Probl
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+
     use metrics_exporter_prometheus::PrometheusBuilder;
     use tokio_util::sync::CancellationToken;
 
     use super::*;
     use crate::http::Config;
     use crate::store::testing::fresh;
+
+    #[tokio::test]
+    async fn a_body_takes_as_much_memory_as_has_arrived() {
+        let (_directory, store) = fresh().await;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let config = Config { max_upload_bytes: 10_000, max_uploads_bytes: 20_480, ..Config::default() };
+        let app = App::new(store, config, measures, CancellationToken::new());
+        let pieces = |length: usize| {
+            let pieces: Vec<_> =
+                vec![b'#'; length].chunks(700).map(|piece| Ok::<_, io::Error>(piece.to_vec())).collect();
+            Request::new(Body::from_stream(futures::stream::iter(pieces)))
+        };
+        let first = Upload::from_request(pieces(10_000), &app).await.ok().unwrap();
+        assert_eq!((first.bytes.len(), app.memory.available_permits()), (10_000, 10));
+        let second = Upload::from_request(pieces(9_000), &app).await.ok().unwrap();
+        assert_eq!(Upload::from_request(pieces(700), &app).await.err().unwrap().status, 503);
+        drop((first, second));
+        assert_eq!(Upload::from_request(pieces(10_001), &app).await.err().unwrap().status, 413);
+        assert_eq!(app.memory.available_permits(), 20);
+    }
 
     #[tokio::test]
     async fn a_json_body_takes_memory_until_it_is_dropped() {

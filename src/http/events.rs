@@ -20,11 +20,11 @@ use crate::store::{Job, JobChanges};
 /// One event `status` per change, its data the match, its id the revision. `Last-Event-ID` leaves out what was seen;
 /// where nothing can follow, the answer is 204, which tells an `EventSource` not to come again.
 #[utoipa::path(
-    get, path = "/v1/matches/{id}/events", tag = "matches",
+    get, path = "/v1/matches/{id}/events", operation_id = "follow_match", tag = "matches",
     params(("id" = String, Path), ("Last-Event-ID" = Option<i64>, Header, description = "the id of the last event seen")),
     responses(
         (
-            status = 200, content_type = "text/event-stream", body = Object,
+            status = 200, content_type = "text/event-stream", body = MatchDocument,
             description = "events with `event` (`status`), `id` (the revision) and `data` (the match as JSON)",
         ),
         (status = 204, description = "the last event was seen"),
@@ -37,6 +37,8 @@ pub async fn stream(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> R
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
     let changes = app.store.job_changes(&id);
+    // What is ahead of the match was never sent: it is told from its beginning.
+    let seen = if seen > job.revision { -1 } else { seen };
     let events = events(Course { app, id, seen, changes, ended: false });
     Ok(Sse::new(events).keep_alive(KeepAlive::default()).into_response())
 }

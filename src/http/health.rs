@@ -24,7 +24,7 @@ const LEAST_FREE: u64 = 64 << 20;
 const OK: Json<Health> = Json(Health { status: "ok" });
 
 /// Tells that the process lives.
-#[utoipa::path(get, path = "/healthz", tag = "service", responses((status = 200, description = "it lives", body = Health)))]
+#[utoipa::path(get, path = "/healthz", operation_id = "read_health", tag = "service", responses((status = 200, description = "it lives", body = Health)))]
 pub async fn alive() -> Json<Health> {
     OK
 }
@@ -32,7 +32,7 @@ pub async fn alive() -> Json<Health> {
 /// Tells whether requests are taken: a row and a file can be written and read, the disk has space, and nobody has told the
 /// server to stop.
 #[utoipa::path(
-    get, path = "/readyz", tag = "service",
+    get, path = "/readyz", operation_id = "read_readiness", tag = "service",
     responses(
         (status = 200, description = "it takes requests", body = Health),
         (status = 503, description = "it does not"),
@@ -75,7 +75,7 @@ pub(super) fn describe() {
 
 /// Answers the measures of the process in the text format of Prometheus.
 #[utoipa::path(
-    get, path = "/metrics", tag = "service",
+    get, path = "/metrics", operation_id = "read_measures", tag = "service",
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
 pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Problem> {

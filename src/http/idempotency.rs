@@ -14,6 +14,10 @@ use crate::store::{Remembered, Store};
 const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
 const LONGEST_KEY: usize = 255;
 
+/// What answers are remembered under: a key is of one request whatever its route, which tells requests apart like their
+/// bodies.
+const ANY_ROUTE: &str = "";
+
 /// The header, where the request has it.
 pub struct IdempotencyKey(Option<String>);
 
@@ -76,6 +80,7 @@ impl IdempotencyKey {
         answer: impl Future<Output = Result<Answer, Problem>>,
     ) -> Result<Answer, Problem> {
         let Some(key) = &self.0 else { return answer.await };
+        let (route, fingerprint) = (ANY_ROUTE, format!("{route} {fingerprint}").as_str());
         // Of those that come at the same moment one is carried out, and the others find its answer.
         let _turn = store.turn(key).await;
         if let Some(answer) = known(store, key, route, fingerprint).await? {

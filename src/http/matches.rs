@@ -37,7 +37,7 @@ pub fn path(id: &str) -> String {
 ///
 /// Only `mesh` and `sketch` are required. `Prefer: wait=N` (at most 60) answers a short match in the same response.
 #[utoipa::path(
-    post, path = "/v1/matches", tag = "matches",
+    post, path = "/v1/matches", operation_id = "create_match", tag = "matches",
     params(
         ("Prefer" = Option<String>, Header, description = "`wait=N`: seconds to wait for the end of the match"),
         ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key never makes a second match"),
@@ -182,7 +182,7 @@ async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>
 
 /// Lists the matches, newest first.
 #[utoipa::path(
-    get, path = "/v1/matches", tag = "matches", params(PageQuery),
+    get, path = "/v1/matches", operation_id = "list_matches", tag = "matches", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<MatchDocument>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
@@ -192,7 +192,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 
 /// Tells how far a match is.
 #[utoipa::path(
-    get, path = "/v1/matches/{id}", tag = "matches", params(("id" = String, Path)),
+    get, path = "/v1/matches/{id}", operation_id = "read_match", tag = "matches", params(("id" = String, Path)),
     responses((status = 200, description = "the match", body = MatchDocument)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
@@ -201,7 +201,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocume
 
 /// Cancels a match that is queued or running, deletes one that is finished.
 #[utoipa::path(
-    delete, path = "/v1/matches/{id}", tag = "matches", params(("id" = String, Path)),
+    delete, path = "/v1/matches/{id}", operation_id = "end_match", tag = "matches", params(("id" = String, Path)),
     responses(
         (status = 200, description = "cancelled", body = MatchDocument),
         (status = 204, description = "deleted"),
@@ -215,6 +215,17 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
     }
     app.store.delete(&id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+/// Cancels a match that is queued or running; one that is finished stays as it is.
+#[utoipa::path(
+    post, path = "/v1/matches/{id}/cancel", operation_id = "cancel_match", tag = "matches", params(("id" = String, Path)),
+    responses((status = 200, description = "the match as it now stands", body = MatchDocument)),
+)]
+pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
+    found(&app, &id).await?;
+    let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
+    Ok(Json(job.into()))
 }
 
 /// The match of this id.

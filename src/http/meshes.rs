@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::StatusCode;
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -15,8 +15,7 @@ use super::idempotency::IdempotencyKey;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, Wanted};
-use super::shapes::{self, Coordinates, Geometry, Renaming, ShapeDocument};
+use super::shapes::{self, Renaming, ShapeDocument};
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::{Summary, summary};
 use crate::mesh::formats::{Format, Limits};
@@ -49,13 +48,14 @@ const MEMORY_OF_FILE: usize = 12;
 
 /// Takes a mesh.
 ///
-/// The file is the raw body, or the part `file` of a form. The same file, read the same way, is one mesh however often it
-/// comes; a name that comes with it is the mesh's from then on.
+/// The file is the raw body, under its content type (`model/obj`, `model/stl`, `model/gltf-binary`) or
+/// `application/octet-stream`, or the part `file` of a form. The same file, read the same way, is one mesh however
+/// often it comes; a name that comes with it is the mesh's from then on.
 #[utoipa::path(
-    post, path = "/v1/meshes", tag = "meshes",
+    post, path = "/v1/meshes", operation_id = "upload_mesh", tag = "meshes",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
     request_body(description = "OBJ, OFF, PLY, STL or GLB", content(
-        ("application/octet-stream"), ("model/obj"), ("model/stl"), ("model/gltf-binary"), ("multipart/form-data"),
+        ("application/octet-stream"), ("multipart/form-data"),
     )),
     responses(
         (status = 201, description = "taken", body = ShapeDocument<MeshMeasures>, headers(("Location" = String))),
@@ -136,7 +136,7 @@ fn refused(refusal: Refusal) -> Problem {
 
 /// Lists the meshes, newest first.
 #[utoipa::path(
-    get, path = "/v1/meshes", tag = "meshes", params(PageQuery),
+    get, path = "/v1/meshes", operation_id = "list_meshes", tag = "meshes", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<ShapeDocument<MeshMeasures>>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
@@ -145,7 +145,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 
 /// Answers what is known of a mesh.
 #[utoipa::path(
-    get, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+    get, path = "/v1/meshes/{id}", operation_id = "read_mesh", tag = "meshes", params(("id" = String, Path)),
     responses((status = 200, description = "the mesh", body = ShapeDocument<MeshMeasures>)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
@@ -154,7 +154,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
 
 /// Renames a mesh.
 #[utoipa::path(
-    patch, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)), request_body = Renaming,
+    patch, path = "/v1/meshes/{id}", operation_id = "rename_mesh", tag = "meshes", params(("id" = String, Path)), request_body = Renaming,
     responses((status = 200, description = "the mesh, renamed", body = ShapeDocument<MeshMeasures>)),
 )]
 pub async fn rename(
@@ -167,7 +167,7 @@ pub async fn rename(
 
 /// Deletes a mesh, its file and its triangles. Matches it was part of stay.
 #[utoipa::path(
-    delete, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+    delete, path = "/v1/meshes/{id}", operation_id = "delete_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
         (status = 204, description = "deleted"),
         (status = 409, description = "a match or spectrum that is not finished needs it"),
@@ -175,19 +175,4 @@ pub async fn rename(
 )]
 pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
     shapes::deleted(&app, Kind::Mesh, &id).await
-}
-
-/// Answers the triangles of a mesh.
-#[utoipa::path(
-    get, path = "/v1/meshes/{id}/mesh", tag = "meshes", params(("id" = String, Path)),
-    responses(
-        (status = 200, description = "the triangles", body = Geometry),
-        (status = 304, description = "unchanged"),
-    ),
-)]
-pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    let mesh = shapes::mesh(&app, &id).await?;
-    let write =
-        move |_| Geometry { vertices: Coordinates::Space(mesh.positions()), triangles: mesh.triangles() }.json();
-    Wanted::named(headers, JSON).answer(&app, write).await
 }

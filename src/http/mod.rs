@@ -4,8 +4,12 @@
 //! all it knows of the worker.
 
 mod body;
+mod connections;
 mod events;
+mod examples;
+mod geometry;
 mod health;
+mod host;
 mod idempotency;
 mod job_document;
 pub mod json;
@@ -15,8 +19,10 @@ pub mod meshes;
 mod npy;
 mod observation;
 pub mod openapi;
+pub mod origin;
 mod page;
 pub mod pictures;
+mod portraits;
 mod preference;
 pub mod problem;
 mod query;
@@ -33,23 +39,26 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::http::{HeaderName, HeaderValue, header};
-use axum::middleware::{from_fn, map_response};
+use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
+use axum::http::{HeaderName, Method, StatusCode};
+use axum::middleware::{Next, from_fn, from_fn_with_state, map_request, map_response};
+use axum::response::{IntoResponse, Response};
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
-use tower_http::cors::{Any, CorsLayer};
+use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::store::{Job, JobChanges, JobKind, NewJob, Places, Store, Submitted};
+use connections::Limits;
+use examples::Examples;
+use host::Hosts;
+use origin::Origin;
+pub use preference::LONGEST_WAIT;
 use problem::Problem;
-
-/// How long open connections may go on after the order to stop.
-const GRACE: Duration = Duration::from_secs(10);
 
 /// How long a change of a job made by another process may go unnoticed.
 const POLL: Duration = Duration::from_secs(15);
@@ -57,8 +66,17 @@ const POLL: Duration = Duration::from_secs(15);
 /// What the service allows.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Origins that scripts of other sites may call from; `*` for any.
-    pub cors_origins: Vec<String>,
+    /// Origins that scripts of other sites may call from.
+    pub cors_origins: Vec<Origin>,
+    /// Names to answer to beside local ones, on a loopback address; where there are some, on others too.
+    pub allowed_hosts: Vec<String>,
+    /// Connections at one time, as far as the process may have files open.
+    pub max_connections: usize,
+    /// How long a client may be silent: before and within the headers of a request, within its body, and before it reads
+    /// an answer.
+    pub idle_timeout: Duration,
+    /// How long a request may take, its body included, until it is answered.
+    pub request_deadline: Duration,
     /// Bytes of a mesh or sketch file.
     pub max_upload_bytes: usize,
     /// Bytes of a JSON request.
@@ -83,6 +101,10 @@ impl Default for Config {
     fn default() -> Config {
         Config {
             cors_origins: Vec::new(),
+            allowed_hosts: Vec::new(),
+            max_connections: 10_000,
+            idle_timeout: Duration::from_secs(30),
+            request_deadline: Duration::from_secs(600),
             max_upload_bytes: 128 << 20,
             max_request_bytes: 16 << 20,
             max_uploads_bytes: 512 << 20,
@@ -111,6 +133,7 @@ pub struct App {
     checks: Arc<Mutex<()>>,
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
+    examples: Examples,
 }
 
 /// Permits for this many bytes.
@@ -128,7 +151,8 @@ impl App {
         let semaphore = |bytes: usize| Arc::new(Semaphore::new(grains(bytes) as usize));
         App {
             store,
-            memory: semaphore(config.max_uploads_bytes.max(config.max_upload_bytes)),
+            // A form of the largest file fits at least: it is taken apart by copying.
+            memory: semaphore(config.max_uploads_bytes.max(config.max_upload_bytes.saturating_mul(2))),
             reading: semaphore(config.max_reading_bytes),
             config: Arc::new(config),
             metrics,
@@ -136,6 +160,7 @@ impl App {
             parsers: Arc::new(Semaphore::new(parsers)),
             checks: Arc::default(),
             process,
+            examples: Examples::default(),
         }
     }
 
@@ -181,6 +206,16 @@ impl App {
         hold.map_err(|_| Problem::busy("too many uploads are under way", 1))
     }
 
+    /// Makes a hold on memory one for `length` bytes.
+    ///
+    /// # Errors
+    /// 503 while other bodies take it up.
+    fn enlarge(&self, hold: &mut OwnedSemaphorePermit, length: usize) -> Result<(), Problem> {
+        let more = length.saturating_sub(hold.num_permits() * body::MEMORY_GRAIN);
+        hold.merge(self.memory_for(more)?);
+        Ok(())
+    }
+
     /// Puts a job into the queue. Spectra may take half of its places: matches are not to find it full of them.
     ///
     /// # Errors
@@ -209,49 +244,46 @@ impl App {
     }
 }
 
-/// Everything the server answers, over `app`.
-pub fn router(app: App) -> Router {
-    let cors = cors(&app.config.cors_origins);
+/// Everything a server of these names answers, over `app`.
+fn router(app: App, hosts: Hosts) -> Router {
+    let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
     let (routes, document) = openapi::routes();
     routes
         .with_state(app)
         .merge(SwaggerUi::new("/docs").external_url_unchecked("/openapi.json", document))
         .layer(DefaultBodyLimit::disable())
         .layer(CatchPanicLayer::custom(Problem::of_panic))
+        .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
         .layer(map_response(problem::dressed))
         .layer(CompressionLayer::new())
+        .layer(map_request(representation::admit_uncompressed))
         .layer(map_response(representation::tag_compressed))
         .layer(cors)
+        .layer(from_fn(only_paths_there_are))
+        .layer(from_fn_with_state(Arc::new(hosts), host::checked))
         .layer(from_fn(observation::observed))
 }
 
-fn cors(origins: &[String]) -> CorsLayer {
-    let exposed = [header::ETAG, header::LOCATION, header::LINK, header::RETRY_AFTER, header::WWW_AUTHENTICATE];
-    let exposed = exposed.into_iter().chain([HeaderName::from_static("x-request-id"), PREFERENCE_APPLIED]);
-    let layer = CorsLayer::new().allow_methods(Any).allow_headers(Any).expose_headers(exposed.collect::<Vec<_>>());
-    if origins.iter().any(|origin| origin == "*") {
-        return layer.allow_origin(Any);
-    }
-    layer.allow_origin(origins.iter().filter_map(|origin| HeaderValue::try_from(origin).ok()).collect::<Vec<_>>())
-}
-
 const PREFERENCE_APPLIED: HeaderName = HeaderName::from_static("preference-applied");
+
+/// Answers OPTIONS at paths that do not exist as other methods: the layer for scripts of other sites would say yes.
+async fn only_paths_there_are(request: Request, next: Next) -> Response {
+    if request.method() == Method::OPTIONS && request.extensions().get::<MatchedPath>().is_none() {
+        return problem::dressed(StatusCode::NOT_FOUND.into_response()).await;
+    }
+    next.run(request).await
+}
 
 /// Answers on `listener` until `app` is told to stop, then lets open requests finish within a grace period.
 ///
 /// # Errors
 /// What the listener said.
 pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
+    let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
+    let limits = Limits { connections: app.config.max_connections, idle: app.config.idle_timeout };
     let shutdown = app.shutdown.clone();
-    let server = axum::serve(listener, router(app)).with_graceful_shutdown(shutdown.clone().cancelled_owned());
-    let overdue = async {
-        shutdown.cancelled().await;
-        tokio::time::sleep(GRACE).await;
-    };
-    tokio::select! {
-        ended = async { server.await } => ended,
-        () = overdue => Ok(()),
-    }
+    connections::serve(listener, router(app, hosts), limits, shutdown).await;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use axum::http::{HeaderMap, HeaderName};
 
 const HEADER: HeaderName = HeaderName::from_static("prefer");
 
-/// The longest wait granted, in seconds.
-const LONGEST_WAIT: u64 = 60;
+/// The longest wait granted.
+pub const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
 /// The wait granted, in whole seconds; a preference that cannot be read is none, as the RFC has it.
 #[derive(Debug, PartialEq, Eq)]
@@ -35,7 +35,11 @@ fn wait(headers: &HeaderMap) -> Wait {
     let mut preferences =
         values.flat_map(|value| value.split([',', ';'])).filter_map(|preference| preference.split_once('='));
     let seconds = preferences.find(|(name, _)| name.trim().eq_ignore_ascii_case("wait"));
-    Wait(seconds.and_then(|(_, value)| value.trim().trim_matches('"').parse::<u64>().ok()).map(|n| n.min(LONGEST_WAIT)))
+    Wait(
+        seconds
+            .and_then(|(_, value)| value.trim().trim_matches('"').parse::<u64>().ok())
+            .map(|n| n.min(LONGEST_WAIT.as_secs())),
+    )
 }
 
 #[cfg(test)]

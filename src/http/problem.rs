@@ -217,6 +217,7 @@ fn described(status: StatusCode) -> &'static str {
     match status {
         StatusCode::NOT_FOUND => "there is nothing at this path",
         StatusCode::METHOD_NOT_ALLOWED => "this path does not know the method; the Allow header names those it knows",
+        StatusCode::SERVICE_UNAVAILABLE => "the request took longer than a request may",
         _ => "the request was not carried out",
     }
 }

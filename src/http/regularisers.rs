@@ -8,7 +8,7 @@ use crate::functional_map::catalogue::{Description, descriptions};
 
 /// Lists the regularisers: formula, solver, parameters with their ranges, JSON schema.
 #[utoipa::path(
-    get, path = "/v1/regularisers", tag = "regularisers",
+    get, path = "/v1/regularisers", operation_id = "list_regularisers", tag = "regularisers",
     responses((status = 200, description = "every regulariser", body = Vec<Description>)),
 )]
 pub async fn list() -> Json<Vec<Description>> {
@@ -17,7 +17,7 @@ pub async fn list() -> Json<Vec<Description>> {
 
 /// Describes one regulariser.
 #[utoipa::path(
-    get, path = "/v1/regularisers/{type}", tag = "regularisers",
+    get, path = "/v1/regularisers/{type}", operation_id = "read_regulariser", tag = "regularisers",
     params(("type" = String, Path, description = "the `type` of a request's regulariser")),
     responses((status = 200, description = "the regulariser", body = Description)),
 )]

@@ -2,7 +2,8 @@
 
 use std::fmt::Display;
 
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
@@ -11,6 +12,10 @@ use super::problem::{Fault, Problem};
 
 pub const JSON: &str = "application/json";
 pub const NPY: &str = "application/x-npy";
+pub const SAFETENSORS: &str = "application/vnd.safetensors";
+
+/// Bytes of no said type, for clients that know no other kind of file; what they are is what the resource is first of all.
+pub const OCTETS: &str = "application/octet-stream";
 
 /// What the compressing layer leaves behind in the name of a compressed body.
 const COMPRESSED: &str = "gzip";
@@ -57,8 +62,7 @@ impl Wanted {
 
 /// The media type among `offered`, best first, that the `Accept` header likes best.
 fn negotiated(headers: &HeaderMap, offered: &[&'static str]) -> Result<&'static str, Problem> {
-    let values = headers.get_all(header::ACCEPT);
-    let accept = values.iter().filter_map(|value| value.to_str().ok()).collect::<Vec<_>>().join(",");
+    let accept = joined(headers, header::ACCEPT).unwrap_or_default();
     let ranges: Vec<(&str, f64)> = accept.split(',').filter_map(range).collect();
     if ranges.is_empty() {
         return Ok(offered[0]);
@@ -126,6 +130,24 @@ fn tagged(tag: &str, coding: &str) -> String {
     format!("{}-{coding}\"", tag.trim_end_matches('"'))
 }
 
+/// Lets an answer be sent as it is where its request forbids that: what was carried out is not answered as if it were not.
+pub async fn admit_uncompressed(mut request: Request) -> Request {
+    if let Some(accept) = joined(request.headers(), header::ACCEPT_ENCODING) {
+        let accept = accept.to_ascii_lowercase();
+        let forbids = |part: &&str| matches!(range(part), Some(("identity" | "*", 0.0)));
+        let admitted = accept.split(',').filter(|part| !forbids(part)).collect::<Vec<_>>().join(",");
+        let admitted = HeaderValue::try_from(admitted).unwrap_or(HeaderValue::from_static(""));
+        request.headers_mut().insert(header::ACCEPT_ENCODING, admitted);
+    }
+    request
+}
+
+/// The values of a header that may be repeated, as one list; nothing where there is none.
+fn joined(headers: &HeaderMap, name: HeaderName) -> Option<String> {
+    let values = headers.get_all(name).iter().filter_map(|value| value.to_str().ok());
+    values.map(str::to_owned).reduce(|list, value| format!("{list},{value}"))
+}
+
 /// Gives a compressed answer the tag of its compressed body.
 pub async fn tag_compressed(mut response: Response) -> Response {
     let headers = response.headers_mut();
@@ -141,6 +163,8 @@ pub async fn tag_compressed(mut response: Response) -> Response {
 
 #[cfg(test)]
 mod tests {
+    use axum::body::Body;
+
     use super::*;
 
     const OFFERED: [&str; 3] = ["application/json", "text/csv", "application/x-npy"];
@@ -164,6 +188,19 @@ mod tests {
         assert_eq!(chosen("image/png"), None);
         assert_eq!(chosen("text/csv;q=0"), None);
         assert_eq!(chosen("text/csv;q=much"), None);
+    }
+
+    #[tokio::test]
+    async fn an_answer_may_always_be_sent_as_it_is() {
+        for (asked, admitted) in [
+            ("identity;q=0", ""),
+            ("gzip, identity; q=0.0", "gzip"),
+            ("*;q=0, zstd;q=0.5", " zstd;q=0.5"),
+            ("gzip;q=0, identity", "gzip;q=0, identity"),
+        ] {
+            let request = Request::builder().header(header::ACCEPT_ENCODING, asked).body(Body::empty()).unwrap();
+            assert_eq!(admit_uncompressed(request).await.headers()[header::ACCEPT_ENCODING], admitted, "{asked}");
+        }
     }
 
     #[test]

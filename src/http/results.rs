@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::App;
 use super::matches::found;
 use super::npy;
-use super::pictures::{self, GLB};
+use super::pictures::{self, Form, GLB};
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::{JSON, NPY, Wanted};
@@ -18,14 +18,14 @@ use crate::store::{Job, State as JobState};
 
 const CSV: &str = "text/csv";
 
-/// Answers the result of a match: all of it as JSON, the correspondences as CSV, C as `.npy`, or the mesh in the colours
-/// of the sketch as GLB.
+/// Answers the result of a match.
+///
+/// JSON holds all of it. By `Accept`, `text/csv` answers the correspondences as a table, `application/x-npy` C, and
+/// `model/gltf-binary` the mesh in the colours of the sketch.
 #[utoipa::path(
-    get, path = "/v1/matches/{id}/result", tag = "matches", params(("id" = String, Path)),
+    get, path = "/v1/matches/{id}/result", operation_id = "read_result", tag = "matches", params(("id" = String, Path)),
     responses(
-        (status = 200, description = "the result", content(
-            (MatchResult = "application/json"), (String = "text/csv"), (String = "application/x-npy"), (String = "model/gltf-binary"),
-        )),
+        (status = 200, description = "the result", body = MatchResult),
         (status = 304, description = "unchanged"),
         (status = 409, description = "not finished, or finished without a result"),
     ),
@@ -34,7 +34,7 @@ pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Res
     let wanted = Wanted::negotiated(headers, &[JSON, CSV, NPY, GLB])?;
     let result = stored(&app, &id).await?;
     if wanted.media_type() == GLB {
-        return pictures::drawn(&app, wanted, result).await;
+        return pictures::drawn(&app, wanted, Form::Glb.into(), result).await;
     }
     let write = move |media_type| match media_type {
         CSV => csv(&result),

@@ -39,29 +39,6 @@ pub struct ShapeDocument<T> {
     pub measures: T,
 }
 
-/// The triangles of a shape: coordinates of its vertices, three of a mesh and two of a sketch, and triangles of their
-/// numbers.
-#[derive(Debug, Serialize, ToSchema)]
-pub struct Geometry<'a> {
-    #[schema(value_type = Vec<Vec<f64>>)]
-    pub vertices: Coordinates<'a>,
-    #[schema(value_type = Vec<Vec<u32>>)]
-    pub triangles: &'a [[u32; 3]],
-}
-
-impl Geometry<'_> {
-    pub fn json(&self) -> serde_json::Result<Bytes> {
-        serde_json::to_vec(self).map(Bytes::from)
-    }
-}
-
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-pub enum Coordinates<'a> {
-    Space(&'a [[f64; 3]]),
-    Plane(&'a [[f64; 2]]),
-}
-
 impl Kind {
     /// The noun in messages.
     pub(super) fn noun(self) -> &'static str {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::StatusCode;
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -17,8 +17,7 @@ use super::json::{self, without_mark};
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, Wanted};
-use super::shapes::{self, Coordinates, Geometry, Renaming, ShapeDocument};
+use super::shapes::{self, Renaming, ShapeDocument};
 use super::svg_reader;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
@@ -75,13 +74,14 @@ impl Drawn {
 
 /// Takes a sketch: an outline as JSON (y up), an SVG, a PNG or a JPEG.
 ///
-/// The drawing is the raw body, or the part `file` of a form. The same drawing, read the same way, is one sketch however
+/// The drawing is the raw body, under its content type (`application/json`, `image/svg+xml`, `image/png`, `image/jpeg`) or
+/// `application/octet-stream`, or the part `file` of a form. The same drawing, read the same way, is one sketch however
 /// often it comes; a name that comes with it is the sketch's from then on.
 #[utoipa::path(
-    post, path = "/v1/sketches", tag = "sketches",
+    post, path = "/v1/sketches", operation_id = "upload_sketch", tag = "sketches",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
     request_body(description = "the drawing", content(
-        (OutlineRequest = "application/json"), ("image/svg+xml"), ("image/png"), ("image/jpeg"), ("multipart/form-data"),
+        (OutlineRequest = "application/json"), ("application/octet-stream"), ("multipart/form-data"),
     )),
     responses(
         (status = 201, description = "taken", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),
@@ -215,7 +215,7 @@ fn refused(refusal: Refusal) -> Problem {
 
 /// Lists the sketches, newest first.
 #[utoipa::path(
-    get, path = "/v1/sketches", tag = "sketches", params(PageQuery),
+    get, path = "/v1/sketches", operation_id = "list_sketches", tag = "sketches", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<ShapeDocument<SketchMeasures>>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
@@ -224,7 +224,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
 
 /// Answers what is known of a sketch.
 #[utoipa::path(
-    get, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)),
+    get, path = "/v1/sketches/{id}", operation_id = "read_sketch", tag = "sketches", params(("id" = String, Path)),
     responses((status = 200, description = "the sketch", body = ShapeDocument<SketchMeasures>)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
@@ -233,7 +233,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
 
 /// Renames a sketch.
 #[utoipa::path(
-    patch, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)), request_body = Renaming,
+    patch, path = "/v1/sketches/{id}", operation_id = "rename_sketch", tag = "sketches", params(("id" = String, Path)), request_body = Renaming,
     responses((status = 200, description = "the sketch, renamed", body = ShapeDocument<SketchMeasures>)),
 )]
 pub async fn rename(
@@ -246,7 +246,7 @@ pub async fn rename(
 
 /// Deletes a sketch, its file and its triangles. Matches it was part of stay.
 #[utoipa::path(
-    delete, path = "/v1/sketches/{id}", tag = "sketches", params(("id" = String, Path)),
+    delete, path = "/v1/sketches/{id}", operation_id = "delete_sketch", tag = "sketches", params(("id" = String, Path)),
     responses(
         (status = 204, description = "deleted"),
         (status = 409, description = "a match or spectrum that is not finished needs it"),
@@ -254,21 +254,4 @@ pub async fn rename(
 )]
 pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
     shapes::deleted(&app, Kind::Sketch, &id).await
-}
-
-/// Answers the triangles of a sketch, in the coordinates it was uploaded in.
-#[utoipa::path(
-    get, path = "/v1/sketches/{id}/mesh", tag = "sketches", params(("id" = String, Path)),
-    responses(
-        (status = 200, description = "the triangles", body = Geometry),
-        (status = 304, description = "unchanged"),
-    ),
-)]
-pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    let sketch = shapes::sketch(&app, &id).await?;
-    let write = move |_| {
-        let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
-        Geometry { vertices: Coordinates::Plane(&vertices), triangles: sketch.mesh().triangles() }.json()
-    };
-    Wanted::named(headers, JSON).answer(&app, write).await
 }

@@ -15,13 +15,11 @@ use super::App;
 use super::job_document::{Progress, Status};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, NPY, Wanted};
+use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
 use super::{memory, npy, shapes};
 use crate::mesh::connectivity::{Component, largest_component};
 use crate::spectral::{Boundary, Spectrum};
 use crate::store::{JobKind, Kind, NewJob, SpectrumKey, SpectrumTask};
-
-const SAFETENSORS: &str = "application/vnd.safetensors";
 
 const DEFAULT_EIGENPAIRS: usize = 20;
 
@@ -61,14 +59,13 @@ pub struct PendingSpectrum {
 
 /// Answers the spectrum of a mesh's largest component.
 ///
-/// JSON holds the eigenvalues; `.npy` the eigenfunctions, a row per vertex of the uploaded file, not a number outside
-/// the largest component; safetensors both and the vertex masses. What is not known yet is queued: ask again.
+/// JSON holds the eigenvalues. By `Accept`, `application/x-npy` answers the eigenfunctions, a row per vertex of the uploaded
+/// file, not a number outside the largest component, and `application/vnd.safetensors` both and the vertex masses. What is
+/// not known yet is queued: ask again.
 #[utoipa::path(
-    get, path = "/v1/meshes/{id}/spectrum", tag = "meshes", params(("id" = String, Path), SpectrumQuery),
+    get, path = "/v1/meshes/{id}/spectrum", operation_id = "read_mesh_spectrum", tag = "meshes", params(("id" = String, Path), SpectrumQuery),
     responses(
-        (status = 200, description = "the spectrum", content(
-            (SpectrumDocument = "application/json"), (String = "application/x-npy"), (String = "application/vnd.safetensors"),
-        )),
+        (status = 200, description = "the spectrum", body = SpectrumDocument),
         (status = 202, description = "queued", body = PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),
@@ -84,11 +81,9 @@ pub async fn of_mesh(
 
 /// Answers the spectrum of a sketch, as that of a mesh.
 #[utoipa::path(
-    get, path = "/v1/sketches/{id}/spectrum", tag = "sketches", params(("id" = String, Path), SpectrumQuery),
+    get, path = "/v1/sketches/{id}/spectrum", operation_id = "read_sketch_spectrum", tag = "sketches", params(("id" = String, Path), SpectrumQuery),
     responses(
-        (status = 200, description = "the spectrum", content(
-            (SpectrumDocument = "application/json"), (String = "application/x-npy"), (String = "application/vnd.safetensors"),
-        )),
+        (status = 200, description = "the spectrum", body = SpectrumDocument),
         (status = 202, description = "queued", body = PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),

@@ -13,23 +13,27 @@ pub mod heat_map;
 mod normals;
 mod palette;
 mod png;
+mod portrait;
 mod raster;
 mod scene;
 mod surface;
 mod svg;
 mod view;
 
+use std::ops::RangeInclusive;
+
 use image::ImageError;
 
 use crate::alignment::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::sketch::Sketch;
+use colour::Colour;
 use scene::Scene;
 
-/// The width of the picture of a match, in pixels.
+/// The widths of pictures in pixels, and that of the picture of a match where nobody asks for another. It is up to two
+/// fifths as high, as its figures and a margin need.
+pub const WIDTHS: RangeInclusive<u32> = 100..=4000;
 pub const WIDTH: u32 = 1600;
-/// And its height at most; it is as high as its figures and a margin need.
-pub const TALLEST: u32 = 640;
 
 /// A sketch, a mesh, and the point of the mesh for every vertex of the sketch. It can only be built fitting.
 #[derive(Clone, Debug)]
@@ -67,14 +71,14 @@ impl<'a> Matched<'a> {
     }
 }
 
-/// The match as a PNG picture, [`WIDTH`] pixels wide and up to [`TALLEST`] high: the sketch, the mesh in the view the sketch
+/// The match as a PNG picture, `width` pixels wide and up to two fifths as high: the sketch, the mesh in the view the sketch
 /// was matched in, and the mesh from 60° beside it, in the colours of the sketch's places.
 ///
 /// # Errors
 /// What the PNG encoder reports.
-pub fn png(pair: &Matched<'_>) -> Result<Vec<u8>, ImageError> {
-    let Scene { height, figures } = scene::scene(pair);
-    png::encoded(WIDTH, height, png::pixels(WIDTH, height, &figures))
+pub fn png(pair: &Matched<'_>, width: u32) -> Result<Vec<u8>, ImageError> {
+    let Scene { height, figures } = scene::scene(pair, width);
+    png::encoded(width, height, png::pixels(width, height, &figures))
 }
 
 /// The same picture as SVG. Triangles that are in sight are polygons, outlines are strokes; a figure with more than
@@ -82,13 +86,31 @@ pub fn png(pair: &Matched<'_>) -> Result<Vec<u8>, ImageError> {
 ///
 /// # Errors
 /// What the PNG encoder reports.
-pub fn svg(pair: &Matched<'_>) -> Result<String, ImageError> {
-    let Scene { height, figures } = scene::scene(pair);
+pub fn svg(pair: &Matched<'_>, width: u32) -> Result<String, ImageError> {
+    let Scene { height, figures } = scene::scene(pair, width);
     let mut content = String::new();
     for figure in &figures {
         content.push_str(&svg::figure(figure)?);
     }
-    Ok(svg::document(WIDTH, height, "the sketch and the mesh in matching colours", &content))
+    Ok(svg::document(width, height, "the sketch and the mesh in matching colours", &content))
+}
+
+/// A mesh alone as a PNG picture, `width` pixels wide and up to as high: grey, y up, from its front right and a little above.
+///
+/// # Errors
+/// What the PNG encoder reports.
+pub fn mesh_png(mesh: &TriangleMesh, width: u32) -> Result<Vec<u8>, ImageError> {
+    let (height, figure) = portrait::portrait(mesh, width);
+    png::encoded(width, height, png::pixels(width, height, &[figure]))
+}
+
+/// The same picture as SVG, as [`svg`].
+///
+/// # Errors
+/// What the PNG encoder reports.
+pub fn mesh_svg(mesh: &TriangleMesh, width: u32) -> Result<String, ImageError> {
+    let (height, figure) = portrait::portrait(mesh, width);
+    Ok(svg::document(width, height, "the mesh", &svg::figure(&figure)?))
 }
 
 /// The mesh in the colours of the sketch as glTF 2.0 binary, lit by whoever shows it. Vertices and triangles are in the
@@ -98,6 +120,14 @@ pub fn svg(pair: &Matched<'_>) -> Result<String, ImageError> {
 /// What the encoder reports.
 pub fn glb(pair: &Matched<'_>) -> Result<Vec<u8>, gltf::Error> {
     glb::file(pair.mesh, &scene::colours(pair).1)
+}
+
+/// The mesh alone, in white, as [`glb`].
+///
+/// # Errors
+/// What the encoder reports: the file would be larger than 4 GiB.
+pub fn mesh_glb(mesh: &TriangleMesh) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(mesh, &vec![Colour::WHITE; mesh.positions().len()])
 }
 
 #[cfg(test)]

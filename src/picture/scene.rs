@@ -4,24 +4,25 @@ use super::colour::Colour;
 use super::drawing;
 use super::figure::{Figure, Placement, Window};
 use super::normals::vertex_normals;
-use super::{Matched, TALLEST, WIDTH, palette, surface, view};
+use super::{Matched, palette, surface, view};
 use crate::alignment::frame::Frame;
 use crate::alignment::silhouette::silhouette;
 use crate::mesh::TriangleMesh;
 
-/// Room round the figures and between them at least, in pixels.
-const MARGIN: f64 = 40.0;
+/// Room round the figures and between them at least, and the height of the picture at most, as shares of its width.
+const MARGIN: f64 = 0.025;
+const TALLEST: f64 = 0.4;
 
 /// A bounding box in the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Bounds {
+pub struct Bounds {
     low: [f64; 2],
     high: [f64; 2],
 }
 
 impl Bounds {
     /// Of the mesh's vertices that have a triangle, projected.
-    fn of(mesh: &TriangleMesh, project: impl Fn([f64; 3]) -> [f64; 2]) -> Bounds {
+    pub fn of(mesh: &TriangleMesh, project: impl Fn([f64; 3]) -> [f64; 2]) -> Bounds {
         let start = Bounds { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         let used = mesh.triangles().as_flattened().iter();
         used.map(|&v| project(mesh.positions()[v as usize])).fold(start, |Bounds { low, high }, p| Bounds {
@@ -30,11 +31,11 @@ impl Bounds {
         })
     }
 
-    fn extent(&self) -> [f64; 2] {
+    pub fn extent(&self) -> [f64; 2] {
         [self.high[0] - self.low[0], self.high[1] - self.low[1]]
     }
 
-    fn middle(&self) -> [f64; 2] {
+    pub fn middle(&self) -> [f64; 2] {
         [0, 1].map(|axis| 0.5 * (self.low[axis] + self.high[axis]))
     }
 }
@@ -51,14 +52,14 @@ pub fn colours(pair: &Matched<'_>) -> (Vec<Colour>, Vec<Colour>) {
 
 /// Three figures side by side.
 pub struct Scene {
-    /// Of the picture, in pixels; its width is [`WIDTH`].
+    /// Of the picture, in pixels.
     pub height: u32,
     pub figures: [Figure; 3],
 }
 
 /// From left to right the sketch, the mesh in the view it was matched in, and the mesh from 60° beside it. The two views
 /// of the mesh have one scale, and the sketch covers as much of the picture as the first of them.
-pub fn scene(pair: &Matched<'_>) -> Scene {
+pub fn scene(pair: &Matched<'_>, width: u32) -> Scene {
     let (sketch_colours, mesh_colours) = colours(pair);
     let matched = view::matched(pair);
     let turned = view::turned(&matched);
@@ -70,7 +71,7 @@ pub fn scene(pair: &Matched<'_>) -> Scene {
     ];
     let upright = Frame { right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], toward_camera: [0.0, 0.0, 1.0] };
     let enlarged = covered(mesh, &matched) / covered(sketch, &upright);
-    let (height, [drawn, seen, beside]) = placed(boxes, [enlarged, 1.0, 1.0]);
+    let (height, [drawn, seen, beside]) = placed(width, boxes, [enlarged, 1.0, 1.0]);
     let normals = vertex_normals(mesh);
     let figures = [
         drawing::flat(sketch, sketch_colours, &drawn),
@@ -89,21 +90,22 @@ fn covered(mesh: &TriangleMesh, frame: &Frame) -> f64 {
 
 /// Where boxes go in the picture, each enlarged by its factor and all by one more, and how high the picture is: as large
 /// as they fit, with the same room before, between and behind them. The windows share the picture.
-fn placed(boxes: [Bounds; 3], enlarged: [f64; 3]) -> (u32, [Placement; 3]) {
-    let width = f64::from(WIDTH);
+fn placed(picture_width: u32, boxes: [Bounds; 3], enlarged: [f64; 3]) -> (u32, [Placement; 3]) {
+    let width = f64::from(picture_width);
+    let (margin, highest) = (MARGIN * width, TALLEST * width);
     let extents: [[f64; 2]; 3] = std::array::from_fn(|i| boxes[i].extent().map(|x| x * enlarged[i]));
     let widths: f64 = extents.iter().map(|extent| extent[0]).sum();
     let tallest = extents.iter().map(|extent| extent[1]).fold(0.0, f64::max);
-    let scale = ((width - 4.0 * MARGIN) / widths).min((f64::from(TALLEST) - 2.0 * MARGIN) / tallest);
+    let scale = ((width - 4.0 * margin) / widths).min((highest - 2.0 * margin) / tallest);
     let scale = if scale.is_finite() { scale } else { 1.0 };
-    let height = ((scale * tallest + 2.0 * MARGIN).ceil() as u32).min(TALLEST);
+    let height = ((scale * tallest + 2.0 * margin).ceil() as u32).min(highest as u32);
     let room = (width - scale * widths) / 4.0;
     // The windows meet in the middle of the room between two figures.
     let ends = [0, 1, 2].map(|i| {
         let figures: f64 = extents[..=i].iter().map(|extent| scale * extent[0]).sum();
         (figures + room * (i as f64 + 1.5)).round().clamp(0.0, width) as u32
     });
-    let edges = [0, ends[0], ends[1], WIDTH];
+    let edges = [0, ends[0], ends[1], picture_width];
     let placements = [0, 1, 2].map(|i| {
         let window = Window { left: edges[i], top: 0, width: edges[i + 1].saturating_sub(edges[i]), height };
         // The outer windows have a whole room at one side and half of one at the other.
@@ -117,13 +119,17 @@ fn placed(boxes: [Bounds; 3], enlarged: [f64; 3]) -> (u32, [Placement; 3]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::WIDTH;
     use super::super::fixtures::{cube, square_on};
     use super::*;
+
+    /// In pixels of a picture of the usual width.
+    const ROOM: f64 = MARGIN * WIDTH as f64;
 
     #[test]
     fn figures_lie_evenly_in_the_picture() {
         let (mesh, sketch) = (cube(), square_on(&cube()));
-        let Scene { height, figures } = scene(&sketch.pair(&mesh));
+        let Scene { height, figures } = scene(&sketch.pair(&mesh), WIDTH);
         let mut columns = Vec::new();
         for figure in &figures {
             let left = f64::from(figure.window.left);
@@ -131,19 +137,19 @@ mod tests {
             columns.extend([x.clone().fold(f64::INFINITY, f64::min), x.fold(0.0, f64::max)]);
             let y = figure.points.iter().map(|p| p[1]);
             let (top, bottom) = (y.clone().fold(f64::INFINITY, f64::min), y.fold(0.0, f64::max));
-            assert!((top + bottom - f64::from(height)).abs() < 1e-6 && top > MARGIN - 1e-6);
-            assert!(height <= TALLEST);
+            assert!((top + bottom - f64::from(height)).abs() < 1e-6 && top > ROOM - 1e-6);
+            assert!(height <= 640);
         }
         let rooms = [columns[0], columns[2] - columns[1], columns[4] - columns[3], f64::from(WIDTH) - columns[5]];
-        assert!(rooms.iter().all(|room| (room - rooms[0]).abs() < 1.5 && *room > MARGIN - 1.5), "{rooms:?}");
+        assert!(rooms.iter().all(|room| (room - rooms[0]).abs() < 1.5 && *room > ROOM - 1.5), "{rooms:?}");
         assert!((columns[1] - columns[0] - (columns[3] - columns[2])).abs() < 4.0, "{columns:?}");
     }
 
     #[test]
     fn a_point_without_extent_is_placed() {
         let dot = Bounds { low: [3.0; 2], high: [3.0; 2] };
-        let (height, placements) = placed([dot; 3], [1.0; 3]);
-        assert_eq!(height, 2 * MARGIN as u32);
+        let (height, placements) = placed(WIDTH, [dot; 3], [1.0; 3]);
+        assert_eq!(height, 2 * ROOM as u32);
         assert_eq!(placements.map(|p| p.window.width).iter().sum::<u32>(), WIDTH);
         assert!(placements.iter().all(|p| p.scale == 1.0));
     }

@@ -23,8 +23,8 @@ fn covered(picture: &RgbImage, row: u32, columns: std::ops::Range<u32>) -> Vec<u
 fn a_cube_seen_from_the_front_is_a_square_in_the_colours_of_the_sketch() {
     let (mesh, sketch) = (cube(), square_on(&cube()));
     let pair = sketch.pair(&mesh);
-    let picture = decoded(&png(&pair).unwrap());
-    let Scene { height, figures } = scene::scene(&pair);
+    let picture = decoded(&png(&pair, WIDTH).unwrap());
+    let Scene { height, figures } = scene::scene(&pair, WIDTH);
     assert_eq!(picture.dimensions(), (WIDTH, height));
     for figure in &figures[..2] {
         let window = figure.window.left..figure.window.left + figure.window.width;
@@ -55,12 +55,12 @@ fn what_is_hidden_stays_hidden() {
     // The far side of the cube is answered, and it is looked at from the front.
     let (mesh, sketch) = (cube(), square_on(&cube()));
     let far = Matched { vertices: vec![0, 1, 3, 2], ..sketch.pair(&mesh) };
-    let Scene { height, figures } = scene::scene(&far);
+    let Scene { height, figures } = scene::scene(&far, WIDTH);
     let front = raster::Raster::of(&figures[1]).seen(figures[1].triangles.len());
     let facing = |t: &usize| mesh.triangles()[*t].iter().all(|&v| v >= 4);
     assert_eq!((0..12).filter(|&t| front[t]).collect::<Vec<_>>(), (0..12).filter(facing).collect::<Vec<_>>());
     let window = figures[1].window;
-    let middle = decoded(&png(&far).unwrap()).get_pixel(window.left + window.width / 2, height / 2).0;
+    let middle = decoded(&png(&far, WIDTH).unwrap()).get_pixel(window.left + window.width / 2, height / 2).0;
     assert!(middle.iter().all(|x| x.abs_diff(middle[0]) <= 1), "grey: {middle:?}");
 }
 
@@ -81,7 +81,7 @@ fn doubt_is_seen_as_grey() {
 #[test]
 fn the_drawing_has_the_triangles_in_sight() {
     let (mesh, sketch) = (cube(), square_on(&cube()));
-    let text = svg(&sketch.pair(&mesh)).unwrap();
+    let text = svg(&sketch.pair(&mesh), WIDTH).unwrap();
     let document = usvg::roxmltree::Document::parse(&text).unwrap();
     // Two of the sketch, two of the mesh's front, and two sides of two seen from the right.
     assert_eq!(document.descendants().filter(|node| node.attribute("color").is_some()).count(), 2 + 2 + 4);
@@ -95,7 +95,7 @@ fn a_fine_mesh_is_embedded_as_a_picture() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let sketch = Sketch::new(TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap(), YAxis::Up).unwrap();
     let pair = Matched::new(&sketch, &mesh, [(0, 1.0), (40, 1.0), (80, 1.0)], None).unwrap();
-    let text = svg(&pair).unwrap();
+    let text = svg(&pair, WIDTH).unwrap();
     assert!(text.len() < 2_000_000, "{}", text.len());
     let document = usvg::roxmltree::Document::parse(&text).unwrap();
     let images = document.descendants().filter(|node| node.has_tag_name("image")).count();
@@ -106,9 +106,28 @@ fn a_fine_mesh_is_embedded_as_a_picture() {
 fn the_same_match_gives_the_same_bytes() {
     let (mesh, sketch) = (cube(), square_on(&cube()));
     let pair = sketch.pair(&mesh);
-    assert_eq!(png(&pair).unwrap(), png(&pair).unwrap());
-    assert_eq!(svg(&pair).unwrap(), svg(&pair).unwrap());
+    assert_eq!(png(&pair, WIDTH).unwrap(), png(&pair, WIDTH).unwrap());
+    assert_eq!(svg(&pair, WIDTH).unwrap(), svg(&pair, WIDTH).unwrap());
     assert_eq!(glb(&pair).unwrap(), glb(&pair).unwrap());
+}
+
+#[test]
+fn a_picture_is_as_wide_as_asked() {
+    let (mesh, sketch) = (cube(), square_on(&cube()));
+    for width in [*WIDTHS.start(), 800, *WIDTHS.end()] {
+        let match_picture = decoded(&png(&sketch.pair(&mesh), width).unwrap());
+        assert!(match_picture.width() == width && match_picture.height() <= width * 2 / 5);
+        let mesh_picture = decoded(&mesh_png(&mesh, width).unwrap());
+        assert!(mesh_picture.width() == width && mesh_picture.height() <= width);
+        let shares = covered(&mesh_picture, mesh_picture.height() / 2, 0..width).len() as f64 / f64::from(width);
+        assert!(shares > 0.5, "{shares}");
+    }
+}
+
+#[test]
+fn a_mesh_alone_shows_three_sides_of_a_cube() {
+    let text = mesh_svg(&cube(), 400).unwrap();
+    assert_eq!(text.matches("<path color").count(), 6);
 }
 
 #[test]
@@ -127,7 +146,7 @@ fn shapes_of_any_size_can_be_seen() {
         let positions = cube().positions().iter().map(|p| p.map(|x| x * scale)).collect();
         let mesh = TriangleMesh::new(positions, cube().triangles().to_vec()).unwrap();
         for view in [None, Some(Frame::looking_from([0.0, 0.0, 1.0]))] {
-            let picture = decoded(&png(&Matched { view, ..square.pair(&mesh) }).unwrap());
+            let picture = decoded(&png(&Matched { view, ..square.pair(&mesh) }, WIDTH).unwrap());
             assert!(covered(&picture, picture.height() / 2, 0..WIDTH).len() > 500, "{scale}");
         }
     }

@@ -16,6 +16,9 @@ pub struct MatchResult {
     /// Id of the match; none outside the service.
     #[serde(rename = "match", default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
+    /// The version of the program that matched; nothing in results of versions before it said so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub version: Option<String>,
     pub sketch: String,
     pub mesh: String,
     /// Every setting as used; sent again, it gives the same answer.

@@ -85,6 +85,7 @@ pub fn run(
     let calibrated = aligned.is_some() && settings.conversion == (Conversion::Alignment {});
     Ok(MatchResult {
         id: None,
+        version: Some(env!("CARGO_PKG_VERSION").to_owned()),
         sketch: settings.sketch.clone(),
         mesh: settings.mesh.clone(),
         request: settings.clone(),

@@ -50,6 +50,19 @@ async fn every_match_of_a_killed_server_ends_with_one_result() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_server_whose_terminal_is_gone_goes_on() {
+    let data = tempfile::tempdir().unwrap();
+    let client = Client::new();
+    let mut program = Program::start(data.path(), 1);
+    let pid = Pid::from_child(&program.child);
+    kill_process(pid, Signal::HUP).unwrap();
+    let path = queued(&program, &client, 1).await.remove(0);
+    assert_eq!(end(&program, &client, &path).await["status"], "succeeded");
+    kill_process(pid, Signal::TERM).unwrap();
+    assert!(program.child.wait().unwrap().success());
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
     let data = tempfile::tempdir().unwrap();
     let client = Client::new();

@@ -101,6 +101,14 @@ async fn a_key_is_forgotten_with_what_it_made() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_key_is_of_one_request_whatever_its_route() {
+    let server = Server::idle(Config::default()).await;
+    let upload = |path: &str| server.post(path).header("idempotency-key", "one").body(ellipsoid(8, 6)).send();
+    json_of(upload("/v1/meshes?format=obj").await.unwrap(), 201).await;
+    problem_of(upload("/v1/sketches").await.unwrap(), 422).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn an_answer_carries_the_identifiers_of_its_request() {
     let server = Server::idle(Config::default()).await;
     let trace = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
@@ -113,7 +121,8 @@ async fn an_answer_carries_the_identifiers_of_its_request() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn other_sites_may_call_as_configured() {
-    let server = Server::idle(Config { cors_origins: vec!["https://a.example".to_owned()], ..Config::default() }).await;
+    let server =
+        Server::idle(Config { cors_origins: vec!["https://a.example".parse().unwrap()], ..Config::default() }).await;
     let from = async |origin: &str| server.get("/healthz").header("origin", origin).send().await.unwrap();
     assert_eq!(header(&from("https://a.example").await, "access-control-allow-origin"), "https://a.example");
     assert_eq!(header(&from("https://b.example").await, "access-control-allow-origin"), "");

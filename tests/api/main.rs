@@ -2,10 +2,12 @@
 
 mod bad_inputs;
 mod command_line;
+mod connections;
 mod crash;
 mod damage;
 mod determinism;
 mod drawings;
+mod examples;
 mod hang_ups;
 mod headers;
 mod hostile_drawings;

@@ -5,7 +5,7 @@ use serde_json::json;
 use sketchmatch::http::Config;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
-use sketchmatch::picture::{TALLEST, WIDTH};
+use sketchmatch::picture::WIDTH;
 
 use crate::server::{Server, header, json_of, problem_of};
 
@@ -29,8 +29,11 @@ async fn a_match_is_seen_as_png_and_svg() {
             let body = answer.bytes().await.unwrap();
             if expected == "image/png" {
                 let (width, height) = image::load_from_memory(&body).unwrap().dimensions();
-                let fits =
-                    if name == "picture" { width == WIDTH && height <= TALLEST } else { (width, height) == (800, 752) };
+                let fits = if name == "picture" {
+                    width == WIDTH && height <= WIDTH * 2 / 5
+                } else {
+                    (width, height) == (800, 752)
+                };
                 assert!(fits, "{name}: {width} × {height}");
             } else {
                 usvg::Tree::from_data(&body, &usvg::Options::default()).unwrap();
@@ -116,4 +119,37 @@ async fn other_forms_are_refused_with_their_place() {
     }
     let foreign = server.get(&format!("{path}/mesh.glb")).header("accept", "model/obj").send().await.unwrap();
     problem_of(foreign, 406).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_picture_is_as_wide_as_asked_and_shows_the_answer_asked_for() {
+    let server = Server::working().await;
+    let path = server.finished_match().await;
+    let alternatives = server.read(&format!("{path}/result")).await["alternatives"].as_array().unwrap().len();
+    assert!(alternatives > 0);
+    let bytes = async |name: &str| server.get(&format!("{path}/{name}")).send().await.unwrap().bytes().await.unwrap();
+    assert_eq!(image::load_from_memory(&bytes("picture?width=320").await).unwrap().width(), 320);
+    for name in ["picture", "mesh.glb"] {
+        assert_ne!(bytes(name).await, bytes(&format!("{name}?alternative=0")).await, "{name}");
+        let beyond = server.get(&format!("{path}/{name}?alternative={alternatives}")).send().await.unwrap();
+        assert_eq!(problem_of(beyond, 422).await["errors"][0]["place"], "query parameter alternative");
+    }
+    let narrow = server.get(&format!("{path}/picture?width=99")).send().await.unwrap();
+    assert_eq!(problem_of(narrow, 422).await["errors"][0]["place"], "query parameter width");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_mesh_is_seen_by_itself() {
+    let server = Server::idle(Config::default()).await;
+    let path = format!("/v1/meshes/{}/picture", server.mesh().await);
+    for (query, form, width) in [("", "image/png", 400), ("?format=svg&width=200", "image/svg+xml", 200)] {
+        let answer = server.get(&format!("{path}{query}")).send().await.unwrap();
+        assert_eq!(header(&answer, "content-type"), form);
+        let body = answer.bytes().await.unwrap();
+        let found = match form {
+            "image/png" => image::load_from_memory(&body).unwrap().width(),
+            _ => usvg::Tree::from_data(&body, &usvg::Options::default()).unwrap().size().width() as u32,
+        };
+        assert_eq!(found, width);
+    }
 }

@@ -9,7 +9,7 @@ use sketchmatch::http::{self, App};
 use sketchmatch::store::{self, Store};
 use sketchmatch::worker;
 use tempfile::TempDir;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::{CancellationToken, DropGuard};
 
 use crate::drawings;
@@ -52,6 +52,11 @@ impl Server {
     /// Where it keeps everything.
     pub fn data(&self) -> &Path {
         self.data.path()
+    }
+
+    /// A bare connection to the server.
+    pub async fn connect(&self) -> TcpStream {
+        TcpStream::connect(self.address.trim_start_matches("http://")).await.unwrap()
     }
 
     pub fn request(&self, method: &str, path: &str) -> RequestBuilder {

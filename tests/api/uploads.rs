@@ -173,3 +173,30 @@ async fn a_shape_stays_while_a_match_needs_it() {
     let refused = server.request_match(json!({})).await.send().await.unwrap();
     assert_eq!(refused.status(), 202, "the mesh was uploaded again");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn triangles_come_as_text_and_as_bytes() {
+    let server = Server::idle(Config::default()).await;
+    let paths =
+        [format!("/v1/meshes/{}/mesh", server.mesh().await), format!("/v1/sketches/{}/mesh", server.sketch().await)];
+    for (path, coordinates) in paths.iter().zip([3, 2]) {
+        let json = server.read(path).await;
+        let vertices: Vec<Vec<f64>> = serde_json::from_value(json["vertices"].clone()).unwrap();
+        let bytes = async |accept: &str| {
+            let answer = server.get(path).header("accept", accept).send().await.unwrap();
+            assert_eq!((answer.status().as_u16(), header(&answer, "content-type")), (200, accept));
+            answer.bytes().await.unwrap()
+        };
+        let flat: Vec<u8> = vertices.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+        assert!(bytes("application/x-npy").await.ends_with(&flat));
+        let file = bytes("application/vnd.safetensors").await;
+        let tensors = safetensors::SafeTensors::deserialize(&file).unwrap();
+        let (found, triangles) = (tensors.tensor("vertices").unwrap(), tensors.tensor("triangles").unwrap());
+        assert_eq!((found.shape(), found.data()), ([vertices.len(), coordinates].as_slice(), flat.as_slice()));
+        assert_eq!(triangles.shape(), [json["triangles"].as_array().unwrap().len(), 3]);
+    }
+    let file = server.get(&paths[0]).header("accept", "model/gltf-binary").send().await.unwrap().bytes().await.unwrap();
+    let document = gltf::Gltf::from_slice(&file).unwrap();
+    assert_eq!(document.accessors().next().unwrap().count(), 16 * 11 + 2);
+    problem_of(server.get(&paths[1]).header("accept", "model/gltf-binary").send().await.unwrap(), 406).await;
+}

@@ -30,6 +30,7 @@ async fn a_match_is_asked_for_followed_read_and_deleted() {
 
     let result = server.read(&format!("{path}/result")).await;
     assert_eq!(result["match"], done["id"]);
+    assert_eq!(result["version"], env!("CARGO_PKG_VERSION"));
     let sketch = server.read(&format!("/v1/sketches/{}/mesh", result["sketch"].as_str().unwrap())).await;
     let points = result["correspondences"].as_array().unwrap();
     assert_eq!(points.len(), sketch["vertices"].as_array().unwrap().len());
@@ -81,6 +82,23 @@ async fn a_result_known_to_the_client_is_not_sent_again() {
     assert_ne!(header(&zipped, "etag"), tag);
     let again = server.get(&path).header("if-none-match", header(&zipped, "etag")).send().await.unwrap();
     assert_eq!(again.status(), 304);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn cancelling_leaves_what_is_finished() {
+    let server = Server::working().await;
+    let path = server.finished_match().await;
+    let cancel = async |path: &str| server.post(&format!("{path}/cancel")).send().await.unwrap();
+    assert_eq!(json_of(cancel(&path).await, 200).await["status"], "succeeded");
+    server.read(&format!("{path}/result")).await;
+    problem_of(cancel("/v1/matches/none").await, 404).await;
+
+    let idle = Server::idle(Config::default()).await;
+    let asked = idle.request_match(json!({})).await.send().await.unwrap();
+    let path = format!("{}/cancel", header(&asked, "location"));
+    for _ in 0..2 {
+        assert_eq!(json_of(idle.post(&path).send().await.unwrap(), 200).await["status"], "cancelled");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,0 +1,96 @@
+//! What every call of the document has: bodies with schemas, the problem it may answer.
+
+use serde_json::{Map, Value, json};
+
+use super::operations;
+use crate::http::problem;
+
+/// Adds to every call what its handler does not say: a body that is asked for is required, one that is no JSON and no text
+/// is bytes, and whatever fails answers a problem. A parameter that may be left out is no null.
+pub(super) fn complete(document: &mut Value) {
+    operations(document).for_each(|(_, _, call)| complete_call(call));
+}
+
+fn complete_call(call: &mut Value) {
+    for parameter in call.get_mut("parameters").and_then(Value::as_array_mut).into_iter().flatten() {
+        forbid_null(&mut parameter["schema"]);
+    }
+    if let Some(request) = call.get_mut("requestBody") {
+        request["required"] = json!(true);
+        type_bytes(request);
+        if let Some(form) = request["content"].get_mut("multipart/form-data") {
+            form["schema"] = json!({"type": "object", "properties": {"file": bytes()}, "required": ["file"]});
+        }
+    }
+    let Some(responses) = call.get_mut("responses").and_then(Value::as_object_mut) else { return };
+    responses.values_mut().for_each(type_bytes);
+    add_problems(responses);
+}
+
+/// The schema of bytes that are neither JSON nor text, as generators of clients understand it.
+fn bytes() -> Value {
+    json!({"type": "string", "format": "binary"})
+}
+
+/// Gives the contents of a body that say nothing of their shape the schema of bytes.
+fn type_bytes(body: &mut Value) {
+    for content in body.get_mut("content").and_then(Value::as_object_mut).into_iter().flat_map(Map::values_mut) {
+        if content.get("schema").is_none() {
+            content["schema"] = bytes();
+        }
+    }
+}
+
+fn add_problems(responses: &mut Map<String, Value>) {
+    let problem = json!({
+        "description": "a problem (RFC 9457)",
+        "content": {problem::MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}},
+    });
+    responses.entry("default").or_insert_with(|| problem.clone());
+    for (status, response) in responses.iter_mut() {
+        if status.starts_with(['4', '5']) {
+            response["content"] = problem["content"].clone();
+        }
+    }
+}
+
+/// Takes `null` out of the types a schema allows.
+fn forbid_null(schema: &mut Value) {
+    let Some(types) = schema.get_mut("type").and_then(Value::as_array_mut) else { return };
+    types.retain(|name| name != "null");
+    if let [only] = types.as_slice() {
+        schema["type"] = only.clone();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::document;
+    use super::*;
+
+    #[test]
+    fn every_call_may_answer_a_problem() {
+        for (method, path, call) in operations(&mut document()) {
+            assert!(call["responses"]["default"]["content"][problem::MEDIA_TYPE].is_object(), "{method} {path}");
+        }
+    }
+
+    #[test]
+    fn every_body_is_required_and_has_a_schema() {
+        for (method, path, call) in operations(&mut document()) {
+            let request = call.get("requestBody").inspect(|request| assert_eq!(request["required"], json!(true)));
+            let responses = call["responses"].as_object().unwrap().values();
+            for (media_type, content) in
+                responses.chain(request).filter_map(|body| body["content"].as_object()).flatten()
+            {
+                assert!(content["schema"].is_object(), "{method} {path}: {media_type}");
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_are_never_null() {
+        let key = &document()["paths"]["/v1/matches"]["post"]["parameters"][1];
+        assert_eq!((&key["name"], &key["schema"]["type"]), (&json!("Idempotency-Key"), &json!("string")));
+    }
+}

@@ -1,0 +1,119 @@
+//! The OpenAPI document, made of the handlers.
+
+mod calls;
+mod examples;
+mod links;
+mod unions;
+
+use axum::Router;
+use serde_json::{Value, json};
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::problem::Problem;
+use super::{
+    App, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, regularisers, results,
+    sketches, spectra,
+};
+
+#[derive(OpenApi)]
+#[openapi(
+    info(description = "Matches 2D sketches to 3D meshes by functional maps"),
+    servers((url = "/", description = "the server that answers this document")),
+    tags(
+        (name = "meshes", description = "3D meshes"),
+        (name = "sketches", description = "2D sketches"),
+        (name = "matches", description = "which point of the mesh is each point of the sketch"),
+        (name = "examples", description = "creatures to try the service with"),
+        (name = "regularisers", description = "what can be added to the problem"),
+        (name = "service", description = "the state of the server"),
+    ),
+    components(schemas(Problem)),
+)]
+struct Frame;
+
+/// Every route beside the document that describes it.
+pub(super) fn routes() -> (Router<App>, Value) {
+    let router = OpenApiRouter::with_openapi(Frame::openapi())
+        .routes(routes!(meshes::upload, meshes::list))
+        .routes(routes!(meshes::read, meshes::rename, meshes::delete))
+        .routes(routes!(geometry::of_mesh))
+        .routes(routes!(portraits::of_mesh))
+        .routes(routes!(spectra::of_mesh))
+        .routes(routes!(sketches::upload, sketches::list))
+        .routes(routes!(sketches::read, sketches::rename, sketches::delete))
+        .routes(routes!(geometry::of_sketch))
+        .routes(routes!(spectra::of_sketch))
+        .routes(routes!(matches::create, matches::list))
+        .routes(routes!(matches::read, matches::end))
+        .routes(routes!(matches::cancel))
+        .routes(routes!(results::read))
+        .routes(routes!(pictures::of_match))
+        .routes(routes!(pictures::of_matrix))
+        .routes(routes!(pictures::of_mesh))
+        .routes(routes!(events::stream))
+        .routes(routes!(creatures::list))
+        .routes(routes!(creatures::mesh))
+        .routes(routes!(creatures::sketch))
+        .routes(routes!(regularisers::list))
+        .routes(routes!(regularisers::read))
+        .routes(routes!(health::alive))
+        .routes(routes!(health::ready))
+        .routes(routes!(health::measures));
+    let (router, document) = router.split_for_parts();
+    (router, finished(serde_json::to_value(document).unwrap_or_default()))
+}
+
+/// The OpenAPI 3.1 document as it is served and committed.
+pub fn document() -> Value {
+    routes().1
+}
+
+/// The document with what the handlers do not say one by one.
+fn finished(mut document: Value) -> Value {
+    calls::complete(&mut document);
+    links::add(&mut document);
+    examples::add(&mut document);
+    unions::name_variants(&mut document);
+    document
+}
+
+/// The calls of a document: the method, the path and the operation of each.
+fn operations(document: &mut Value) -> impl Iterator<Item = (&str, &str, &mut Value)> {
+    let paths = document["paths"].as_object_mut().into_iter().flatten();
+    paths.flat_map(|(path, calls)| {
+        let calls = calls.as_object_mut().into_iter().flatten();
+        calls.map(move |(method, call)| (method.as_str(), path.as_str(), call))
+    })
+}
+
+/// The operation of this identifier.
+fn operation<'a>(document: &'a mut Value, id: &str) -> Option<&'a mut Value> {
+    operations(document).map(|(_, _, call)| call).find(|call| call["operationId"] == json!(id))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn every_call_has_an_identifier_of_its_own() {
+        let mut seen = BTreeSet::new();
+        for (method, path, call) in operations(&mut document()) {
+            let id = call["operationId"].as_str().unwrap();
+            assert!(seen.insert(id.to_owned()), "{method} {path}: {id} is taken");
+        }
+        assert!(seen.len() > 20);
+    }
+
+    #[test]
+    fn every_reference_leads_somewhere() {
+        let document = document();
+        for reference in document.to_string().split("\"#").skip(1).filter_map(|rest| rest.split('"').next()) {
+            assert!(document.pointer(reference).is_some(), "{reference}");
+        }
+    }
+}

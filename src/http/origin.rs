@@ -1,0 +1,94 @@
+//! Scripts of other sites: the origins they may call from.
+
+use std::str::FromStr;
+
+use axum::http::{HeaderName, HeaderValue, Uri, header};
+use tower_http::cors::{Any, CorsLayer};
+
+use super::PREFERENCE_APPLIED;
+
+/// An origin as browsers write it, or any. It can only be built such that a browser can send it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    Any,
+    Of(HeaderValue),
+}
+
+/// A text that no browser sends as the origin of a script.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "an origin is * or scheme://host, in small letters, with a port that is not the usual one, and without a path{0}"
+)]
+pub struct NoOrigin(String);
+
+impl FromStr for Origin {
+    type Err = NoOrigin;
+
+    fn from_str(text: &str) -> Result<Origin, NoOrigin> {
+        if text == "*" {
+            return Ok(Origin::Any);
+        }
+        let written = written(text);
+        match (&written, HeaderValue::try_from(text)) {
+            (Some(origin), Ok(value)) if origin == text => Ok(Origin::Of(value)),
+            _ => Err(NoOrigin(written.map(|origin| format!(": {origin}")).unwrap_or_default())),
+        }
+    }
+}
+
+/// The origin of an address as browsers write it.
+fn written(address: &str) -> Option<String> {
+    let uri: Uri = address.parse().ok()?;
+    let (scheme, authority) = (uri.scheme_str()?.to_ascii_lowercase(), uri.authority()?);
+    let usual = match scheme.as_str() {
+        "http" => Some(80),
+        "https" => Some(443),
+        _ => None,
+    };
+    let port = authority.port_u16().filter(|&port| Some(port) != usual).map(|port| format!(":{port}"));
+    Some(format!("{scheme}://{}{}", authority.host().to_ascii_lowercase(), port.unwrap_or_default()))
+}
+
+/// The layer that lets scripts call from these origins.
+pub fn layer(origins: &[Origin]) -> CorsLayer {
+    let exposed = [header::ETAG, header::LOCATION, header::LINK, header::RETRY_AFTER, header::WWW_AUTHENTICATE];
+    let exposed = exposed.into_iter().chain([HeaderName::from_static("x-request-id"), PREFERENCE_APPLIED]);
+    let layer = CorsLayer::new().allow_methods(Any).allow_headers(Any).expose_headers(exposed.collect::<Vec<_>>());
+    let listed = origins.iter().map(|origin| match origin {
+        Origin::Any => None,
+        Origin::Of(value) => Some(value.clone()),
+    });
+    match listed.collect::<Option<Vec<HeaderValue>>>() {
+        Some(listed) => layer.allow_origin(listed),
+        None => layer.allow_origin(Any),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_what_browsers_send() {
+        assert_eq!("*".parse(), Ok(Origin::Any));
+        for text in ["https://a.example", "http://localhost:3000", "http://[::1]:8080", "chrome-extension://abcdef"] {
+            assert_eq!(text.parse(), Ok(Origin::Of(HeaderValue::from_static(text))));
+        }
+    }
+
+    #[test]
+    fn names_the_origin_that_was_meant() {
+        for (text, meant) in [
+            ("https://a.example/", "https://a.example"),
+            ("https://a.example/app", "https://a.example"),
+            ("HTTPS://A.example", "https://a.example"),
+            ("https://a.example:443", "https://a.example"),
+            ("http://u@a.example:80", "http://a.example"),
+        ] {
+            assert_eq!(text.parse::<Origin>(), Err(NoOrigin(format!(": {meant}"))), "{text}");
+        }
+        for text in ["", "a.example", "null", "https://", "https://*.example.com extra"] {
+            assert!(text.parse::<Origin>().is_err(), "{text}");
+        }
+    }
+}

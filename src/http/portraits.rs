@@ -1,0 +1,54 @@
+//! Pictures of shapes by themselves, for lists and previews.
+
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::Response;
+use bytes::Bytes;
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+use super::pictures::{PictureFormat, SVG, wanted, width};
+use super::problem::Problem;
+use super::query::{Id, Query};
+use super::{App, shapes};
+use crate::picture;
+
+/// The width of the picture of a shape where nobody asks for another, in pixels.
+const WIDTH: u32 = 400;
+
+/// How the picture of a shape is to be.
+#[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct PortraitQuery {
+    /// The form of the picture, whatever the `Accept` header says: an `<img>` cannot choose it.
+    #[param(inline)]
+    format: Option<PictureFormat>,
+    /// Its width in pixels; 400 where it is not given.
+    #[param(minimum = 100, maximum = 4000)]
+    width: Option<u32>,
+}
+
+/// Answers a picture of a mesh: grey, y up, from its front right and a little above, up to as high as it is wide.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}/picture", operation_id = "draw_mesh", tag = "meshes",
+    params(("id" = String, Path), PortraitQuery),
+    responses(
+        (status = 200, description = "the picture", content(("image/png"), ("image/svg+xml"), ("application/octet-stream"))),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn of_mesh(
+    State(app): State<App>,
+    Id(id): Id,
+    Query(query): Query<PortraitQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
+    let mesh = shapes::mesh(&app, &id).await?;
+    let draw = move |media_type| match media_type {
+        SVG => picture::mesh_svg(&mesh, width).map(Bytes::from),
+        _ => picture::mesh_png(&mesh, width).map(Bytes::from),
+    };
+    wanted.answer(&app, draw).await
+}

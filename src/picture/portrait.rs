@@ -1,0 +1,35 @@
+//! The picture of a mesh alone.
+
+use super::colour::Colour;
+use super::figure::{Figure, Placement, Window};
+use super::normals::vertex_normals;
+use super::scene::Bounds;
+use crate::alignment::frame::{Frame, unit};
+use crate::mesh::{TriangleMesh, cross};
+
+/// The view of a mesh of which nothing is known: y up, from its front right and a little above.
+const TOWARD_CAMERA: [f64; 3] = [0.5, 0.35, 0.8];
+const UP: [f64; 3] = [0.0, 1.0, 0.0];
+
+/// The grey of the mesh, in full light.
+const PAPER: f64 = 0.9;
+
+/// Room round the mesh, as a share of the picture's width.
+const MARGIN: f64 = 0.05;
+
+/// The height of the picture of a mesh that is `width` pixels wide, at most as high, and the mesh in it.
+pub fn portrait(mesh: &TriangleMesh, width: u32) -> (u32, Figure) {
+    let toward_camera = unit(TOWARD_CAMERA);
+    let right = unit(cross(UP, toward_camera));
+    let frame = Frame { right, up: cross(toward_camera, right), toward_camera };
+    let bounds = Bounds::of(mesh, |p| frame.project(p));
+    let [across, upwards] = bounds.extent();
+    let (margin, room) = (MARGIN * f64::from(width), (1.0 - 2.0 * MARGIN) * f64::from(width));
+    let scale = room / across.max(upwards);
+    let scale = if scale.is_finite() { scale } else { 1.0 };
+    let height = ((scale * upwards + 2.0 * margin).ceil() as u32).clamp(1, width);
+    let window = Window { left: 0, top: 0, width, height };
+    let placement = Placement { window, scale, middle: bounds.middle() };
+    let colours = vec![Colour::grey(PAPER); mesh.positions().len()];
+    (height, Figure::seen(mesh, &vertex_normals(mesh), &colours, &frame, &placement))
+}
