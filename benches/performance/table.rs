@@ -25,14 +25,8 @@ impl Sample {
 
 /// CPU milliseconds of this process, user and system.
 pub fn cpu() -> f64 {
-    // SAFETY: the call fills the structure it is given, for which all zeros are a value.
-    let usage = unsafe {
-        let mut usage: libc::rusage = std::mem::zeroed();
-        assert_eq!(libc::getrusage(libc::RUSAGE_SELF, &mut usage), 0);
-        usage
-    };
-    let milliseconds = |t: libc::timeval| t.tv_sec as f64 * 1e3 + t.tv_usec as f64 * 1e-3;
-    milliseconds(usage.ru_utime) + milliseconds(usage.ru_stime)
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
 /// CPU milliseconds of a computation, several times over. What is short is repeated within a run, the clock being no finer than

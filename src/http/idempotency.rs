@@ -80,7 +80,7 @@ impl IdempotencyKey {
         answer: impl Future<Output = Result<Answer, Problem>>,
     ) -> Result<Answer, Problem> {
         let Some(key) = &self.0 else { return answer.await };
-        let (route, fingerprint) = (ANY_ROUTE, format!("{route} {fingerprint}").as_str());
+        let (route, fingerprint) = (ANY_ROUTE, &format!("{route} {fingerprint}"));
         // Of those that come at the same moment one is carried out, and the others find its answer.
         let _turn = store.turn(key).await;
         if let Some(answer) = known(store, key, route, fingerprint).await? {

@@ -1,6 +1,7 @@
 //! The picture of a mesh alone.
 
 use super::colour::Colour;
+use super::drawing;
 use super::figure::{Figure, Placement, Window};
 use super::normals::vertex_normals;
 use super::scene::Bounds;
@@ -31,5 +32,5 @@ pub fn portrait(mesh: &TriangleMesh, width: u32) -> (u32, Figure) {
     let window = Window { left: 0, top: 0, width, height };
     let placement = Placement { window, scale, middle: bounds.middle() };
     let colours = vec![Colour::grey(PAPER); mesh.positions().len()];
-    (height, Figure::seen(mesh, &vertex_normals(mesh), &colours, &frame, &placement))
+    (height, drawing::seen(mesh, &vertex_normals(mesh), &colours, &frame, &placement))
 }
