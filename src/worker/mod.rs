@@ -36,6 +36,9 @@ use shares::Shares;
 /// How often the queue is looked at when nobody tells of a change: jobs that have rested enough do not.
 const POLL: Duration = Duration::from_secs(1);
 
+/// How long running jobs may go on after the stop: with what follows it fits the 10 s that `docker stop` waits.
+const GRACE: Duration = Duration::from_secs(6);
+
 /// How the worker behaves.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -50,7 +53,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Config {
         let workers = thread::available_parallelism().map_or(1, NonZero::get);
-        Config { workers, grace: Duration::from_secs(20), longest_job: Duration::from_secs(3600) }
+        Config { workers, grace: GRACE, longest_job: Duration::from_secs(3600) }
     }
 }
 
