@@ -23,8 +23,9 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
-/// How long open connections may go on after the order to stop.
-const GRACE: Duration = Duration::from_secs(10);
+/// How long open connections may go on after the order to stop, as long as running jobs: all ends within the 10 s that
+/// `docker stop` waits.
+const GRACE: Duration = Duration::from_secs(6);
 
 /// Open files that connections leave to the database, the blobs, the workers and the log.
 const KEPT_DESCRIPTORS: usize = 128;
