@@ -24,21 +24,18 @@ fn svg(paths: &[String]) -> Result<Imported, Refusal> {
 }
 
 #[test]
-fn an_svg_whose_lines_cross_too_often_is_refused() {
-    let stroke = |i: usize| format!("{} {} ", i * 617 % 1000, i % 2 * 1000);
-    let zigzag = |strokes: usize| format!("M{}Z", (0..strokes).map(stroke).collect::<String>());
-    assert!(svg(&[zigzag(20)]).is_ok());
-    for paths in [vec![zigzag(1000)], vec![zigzag(100); 10].into_iter().chain([zigzag(900)]).collect()] {
-        let refusal = svg(&paths).unwrap_err();
-        assert!(refusal.to_string().contains("cross or touch more than 100000 times"), "{refusal}");
-        assert!(refusal.faults[0].point.is_some());
-    }
+fn an_svg_that_paints_one_place_too_often_is_refused() {
+    let page = || "M0 0H1000V1000H0Z".to_owned();
+    assert!(svg(&[page()]).is_ok());
+    let refusal = svg(&vec![page(); 2000]).unwrap_err();
+    assert!(refusal.to_string().contains("too many times over"), "{refusal}");
 }
 
 #[test]
-fn curves_of_too_many_points_are_refused() {
-    let curves = |n: usize| format!("M0 0{}Z", "C0 900 900 900 900 0".repeat(n));
-    assert!(svg(&[curves(1)]).is_ok());
-    let refusal = svg(&[curves(1), curves(1000)]).unwrap_err();
-    assert_eq!(refusal.to_string(), "the curves of the SVG need more than 4000 points");
+fn lines_that_cross_however_often_are_read() {
+    let stroke = |i: usize| format!("{} {} ", i * 617 % 1000, i % 2 * 1000);
+    let zigzag = |strokes: usize| format!("M{}Z", (0..strokes).map(stroke).collect::<String>());
+    for strokes in [20, 2000] {
+        assert!(svg(&[zigzag(strokes)]).is_ok());
+    }
 }
