@@ -20,12 +20,12 @@ fn a_sketch_is_one_figure_of_all_vertices() {
 fn svg(paths: &[String]) -> Result<Imported, Refusal> {
     let paths: String = paths.iter().map(|d| format!(r#"<path d="{d}"/>"#)).collect();
     let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1000 1000">{paths}</svg>"#);
-    from_svg(text.as_bytes(), 100, &Config { max_points: 1000, ..Config::default() })
+    from_svg(text.as_bytes(), 100, &Config::default())
 }
 
 #[test]
 fn an_svg_that_paints_one_place_too_often_is_refused() {
-    let page = || "M0 0H1000V1000H0Z".to_owned();
+    let page = || "M10 10H990V990H10Z".to_owned();
     assert!(svg(&[page()]).is_ok());
     let refusal = svg(&vec![page(); 2000]).unwrap_err();
     assert!(refusal.to_string().contains("too many times over"), "{refusal}");
@@ -36,6 +36,6 @@ fn lines_that_cross_however_often_are_read() {
     let stroke = |i: usize| format!("{} {} ", i * 617 % 1000, i % 2 * 1000);
     let zigzag = |strokes: usize| format!("M{}Z", (0..strokes).map(stroke).collect::<String>());
     for strokes in [20, 2000] {
-        assert!(svg(&[zigzag(strokes)]).is_ok());
+        svg(&[zigzag(strokes)]).unwrap();
     }
 }

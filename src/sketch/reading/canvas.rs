@@ -7,6 +7,9 @@ pub(crate) const LONGEST_SIDE: usize = 1024;
 const SOLID: u8 = 64;
 const WHITE: u8 = 240;
 
+/// Share of what is painted that is white where it is made for a dark page.
+const ALL_WHITE: f64 = 0.8;
+
 /// The grey of a dark page: apart from white, and from black.
 const DARK_PAGE: u32 = 112;
 
@@ -57,7 +60,7 @@ impl Canvas {
             white += usize::from(r.min(g).min(b) >= WHITE);
         });
         let has_page = all < self.pixels.len();
-        let page = if has_page && 2 * white > all { DARK_PAGE } else { 255 };
+        let page = if has_page && white as f64 > ALL_WHITE * all as f64 { DARK_PAGE } else { 255 };
         let mixed = |value: u8, opacity: u32| ((u32::from(value) * opacity + page * (255 - opacity) + 127) / 255) as u8;
         self.pixels.iter().map(|&[r, g, b, a]| [r, g, b].map(|value| mixed(value, u32::from(a)))).collect()
     }

@@ -13,7 +13,7 @@ const SPECK: f64 = 0.003;
 const WHITE_LINE: f64 = 0.03;
 
 /// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head.
-const OF_PART: f64 = 1.0;
+const OF_PART: f64 = 0.6;
 const OF_FIGURE: f64 = 0.2;
 
 /// Share of a figure's area up to which something beside it is a part of it.
@@ -23,7 +23,7 @@ const LARGEST_PART: f64 = 0.5;
 const SMALLEST_FIGURE: f64 = 0.1;
 
 /// How far a neck reaches round the shortest way, in parts of the side of the smaller part.
-const NECK: f64 = 0.08;
+const NECK: f64 = 0.02;
 
 /// A part below a figure, this many times as wide as high, is a shadow or the floor.
 const FLAT: usize = 4;
@@ -35,8 +35,9 @@ pub(super) struct Figure {
     pub necks: Vec<Bitmap>,
 }
 
-/// The figures that areas make, largest first.
-pub(super) fn figures(area: &Bitmap, size: f64) -> Vec<Figure> {
+/// The figures that areas make in a drawing of this size, largest first. The lines round them are wider by `rim` than what is
+/// seen of them here.
+pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
     let mut rest = parts(area, 1);
     let least = SPECK * rest.first().map_or(0, Bitmap::area) as f64;
     rest.retain(|part| part.area() as f64 >= least);
@@ -48,7 +49,7 @@ pub(super) fn figures(area: &Bitmap, size: f64) -> Vec<Figure> {
             continue;
         }
         let mut figure = Figure { area: seed, necks: Vec::new() };
-        figure.join(&mut rest, size);
+        figure.join(&mut rest, size, rim);
         figures.push(figure);
     }
     figures.sort_by_key(|figure| std::cmp::Reverse(figure.area.area()));
@@ -57,7 +58,7 @@ pub(super) fn figures(area: &Bitmap, size: f64) -> Vec<Figure> {
 
 impl Figure {
     /// Takes out of `rest` what belongs to the figure, nearest first.
-    fn join(&mut self, rest: &mut Vec<Bitmap>, size: f64) {
+    fn join(&mut self, rest: &mut Vec<Bitmap>, size: f64, rim: f64) {
         let mut nearest: Vec<f64>;
         loop {
             let width = self.area.width();
@@ -71,7 +72,9 @@ impl Figure {
             nearest = rest.iter().map(gap).collect();
             let mut order: Vec<usize> = (0..rest.len()).collect();
             order.sort_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
-            let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k], size)) else { return };
+            let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * rim, size)) else {
+                return;
+            };
             let part = rest.remove(next);
             let neck = neck(&self.area, &part, nearest[next]);
             self.area = self.area.or(&part).or(&neck);
@@ -98,6 +101,6 @@ impl Figure {
 /// What lies nearly on the shortest ways between a figure and a part of it that are so far apart.
 fn neck(figure: &Bitmap, part: &Bitmap, gap: f64) -> Bitmap {
     let side = (part.area() as f64).sqrt();
-    let reach = 0.75 * gap + (NECK * side).max(1.5);
+    let reach = gap + (NECK * side).max(1.5);
     dilated(figure, reach).and(&dilated(part, reach)).without(figure).without(part)
 }

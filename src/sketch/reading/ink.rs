@@ -30,7 +30,9 @@ const SEAM: f64 = 1.5;
 /// Ink pieces of a smaller side than this part of the sheet's are dust.
 const DUST: f64 = 0.004;
 
-/// Share of the border that the ink of a figure may take; a scene takes more.
+/// Width of the band along the border in which a scene is told, in parts of the sheet's side, and the share of it that the
+/// ink of a figure may take; a scene takes more.
+const BAND: f64 = 0.02;
 const SCENE: f64 = 0.45;
 
 /// What is drawn on a sheet.
@@ -48,14 +50,15 @@ pub(super) struct Ink {
 }
 
 pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
-    let border = sheet.border();
+    let border = sheet.border(1.0);
     let mut least = LEAST_CONTRAST.max(ground.noise.saturating_mul(NOISES));
     let mut ink = above(ground, sheet, least);
+    let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
+    let is_scene = ink.and(&band).area() as f64 > SCENE * band.area() as f64;
     while crossings(&ink, &border) > PATTERN && least < STRONGEST_PATTERN {
         least += least / 3;
         ink = above(ground, sheet, least);
     }
-    let is_scene = ink.and(&border).area() as f64 > SCENE * border.area() as f64;
     let all = without_dust(&without_seams(ground, ink));
     if all.area() == 0 {
         return Drawn::Nothing;

@@ -92,10 +92,10 @@ impl Reading {
             Drawn::Nothing => return Err(Refusal::plain(BLANK)),
             Drawn::Scene(_) => return Err(Refusal::plain(SCENE)),
         };
-        let border = sheet.border().framed(FRAME);
+        let border = sheet.border(1.0).framed(FRAME);
         let ink = Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME) };
         let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
-        let figures = figures::figures(&body.area, size);
+        let figures = figures::figures(&body.area, size, body.rim);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
         if largest < SMALLEST_FIGURE {
             let detail = format!("the largest figure has {largest} pixels; at least {SMALLEST_FIGURE} are needed");

