@@ -30,17 +30,21 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<Canvas, Refusal> {
     let mut decoder = decoder(bytes, config)?;
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let picture = DynamicImage::from_decoder(decoder).map_err(|error| unreadable(&error, config))?;
-    let [width, height] = [picture.width(), picture.height()];
-    let (pixels, scale) = at_reading_size(picture);
-    // Where sides are no multiples of the scale the last pixels reach beyond the picture, and come first when it is turned.
-    let beyond = [pixels.width() as f64 * scale - f64::from(width), pixels.height() as f64 * scale - f64::from(height)];
-    let (shown, [left, top]) = shown(pixels, orientation, beyond);
+    let size = [picture.width(), picture.height()];
+    let mut shown = DynamicImage::ImageRgba8(at_reading_size(picture));
+    let reading_size = [shown.width(), shown.height()];
+    shown.apply_orientation(orientation);
+    let mut pixel = [0, 1].map(|i| f64::from(size[i]) / f64::from(reading_size[i]));
+    if [shown.width(), shown.height()] != reading_size {
+        pixel.reverse();
+    }
+    let shown = shown.into_rgba8();
     Ok(Canvas {
         width: shown.width() as usize,
         height: shown.height() as usize,
         pixels: shown.pixels().map(|pixel| pixel.0).collect(),
-        origin: [-left, -top],
-        pixel: [scale; 2],
+        origin: [0.0; 2],
+        pixel,
     })
 }
 
@@ -84,63 +88,44 @@ fn unreadable(error: &ImageError, config: &Config) -> Refusal {
     })
 }
 
-/// The picture made smaller or larger by a whole factor, and the pixels of the picture along a side of the new ones.
-fn at_reading_size(picture: DynamicImage) -> (RgbaImage, f64) {
+/// The picture made smaller where it is larger than is looked at, or larger by a whole factor where it is small.
+fn at_reading_size(picture: DynamicImage) -> RgbaImage {
     let side = picture.width().max(picture.height());
     if side < SHORTEST_SIDE {
         let factor = SHORTEST_SIDE / side + 1;
         let (width, height) = (picture.width() * factor, picture.height() * factor);
-        let larger = imageops::resize(&picture.into_rgba8(), width, height, imageops::FilterType::Triangle);
-        return (larger, 1.0 / f64::from(factor));
+        return imageops::resize(&picture.into_rgba8(), width, height, imageops::FilterType::Triangle);
     }
-    let factor = side.div_ceil(LONGEST_SIDE as u32);
-    let smaller = match picture {
-        DynamicImage::ImageLuma8(picture) => reduced(&picture, factor),
-        DynamicImage::ImageRgb8(picture) => reduced(&picture, factor),
-        DynamicImage::ImageRgba8(picture) => reduced(&picture, factor),
-        other => reduced(&other.into_rgba8(), factor),
-    };
-    (smaller, f64::from(factor))
+    let longest = side.min(LONGEST_SIDE as u32);
+    let [width, height] = [picture.width(), picture.height()].map(|own| (own * longest).div_ceil(side));
+    match picture {
+        DynamicImage::ImageLuma8(picture) => reduced(&picture, width, height),
+        DynamicImage::ImageRgb8(picture) => reduced(&picture, width, height),
+        DynamicImage::ImageRgba8(picture) => reduced(&picture, width, height),
+        other => reduced(&other.into_rgba8(), width, height),
+    }
 }
 
-/// Every square of `factor` pixels a side as one pixel of its mean colour.
-fn reduced<P: Pixel<Subpixel = u8>>(picture: &ImageBuffer<P, Vec<u8>>, factor: u32) -> RgbaImage {
-    let [columns, rows] = [picture.width(), picture.height()].map(|side| side.div_ceil(factor));
+/// The picture in so many pixels or fewer, each of the mean colour of those that fall into it.
+fn reduced<P: Pixel<Subpixel = u8>>(picture: &ImageBuffer<P, Vec<u8>>, width: u32, height: u32) -> RgbaImage {
+    let column: Vec<usize> = (0..picture.width()).map(|x| (x * width / picture.width()) as usize).collect();
+    let mut reduced = RgbaImage::new(width, height);
     // Sums of red, green and blue, each times its opacity, of opacity, and of pixels.
-    let mut sums = vec![[0u64; 5]; columns as usize];
-    let mut smaller = RgbaImage::new(columns, rows);
-    let mut lines = picture.rows();
-    for row in 0..rows {
-        sums.fill([0; 5]);
-        for line in lines.by_ref().take(factor as usize) {
-            for (x, pixel) in line.enumerate() {
-                let [r, g, b, a] = pixel.to_rgba().0.map(u64::from);
-                let sum = &mut sums[x / factor as usize];
-                *sum = [sum[0] + r * a, sum[1] + g * a, sum[2] + b * a, sum[3] + a, sum[4] + 1];
-            }
+    let mut sums = vec![[0u64; 5]; width as usize];
+    for (y, line) in (0..).zip(picture.rows()) {
+        for (pixel, &column) in line.zip(&column) {
+            let [r, g, b, a] = pixel.to_rgba().0.map(u64::from);
+            let sum = &mut sums[column];
+            *sum = [sum[0] + r * a, sum[1] + g * a, sum[2] + b * a, sum[3] + a, sum[4] + 1];
         }
-        for (column, [r, g, b, a, n]) in sums.iter().copied().enumerate() {
-            let colour = [r, g, b].map(|sum| sum.checked_div(a).unwrap_or(0) as u8);
-            let opacity = a.checked_div(n).unwrap_or(0) as u8;
-            smaller.put_pixel(column as u32, row, image::Rgba([colour[0], colour[1], colour[2], opacity]));
+        let row = y * height / picture.height();
+        if (y + 1) * height / picture.height() > row {
+            for (pixel, [r, g, b, a, n]) in reduced.rows_mut().nth(row as usize).into_iter().flatten().zip(&sums) {
+                let [r, g, b] = [r, g, b].map(|sum| sum.checked_div(*a).unwrap_or(0) as u8);
+                pixel.0 = [r, g, b, a.checked_div(*n).unwrap_or(0) as u8];
+            }
+            sums.fill([0; 5]);
         }
     }
-    smaller
-}
-
-/// The picture turned as its orientation says, and how much of what lies `beyond` its right and lower border lies beyond
-/// the left and upper one then.
-fn shown(pixels: RgbaImage, orientation: Orientation, [right, below]: [f64; 2]) -> (RgbaImage, [f64; 2]) {
-    let mut picture = DynamicImage::ImageRgba8(pixels);
-    picture.apply_orientation(orientation);
-    let before = match orientation {
-        Orientation::NoTransforms | Orientation::Rotate90FlipH => [0.0, 0.0],
-        Orientation::FlipHorizontal => [right, 0.0],
-        Orientation::FlipVertical => [0.0, below],
-        Orientation::Rotate180 => [right, below],
-        Orientation::Rotate90 => [below, 0.0],
-        Orientation::Rotate270 => [0.0, right],
-        Orientation::Rotate270FlipH => [below, right],
-    };
-    (picture.into_rgba8(), before)
+    reduced
 }

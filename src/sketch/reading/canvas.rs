@@ -1,7 +1,8 @@
 //! What a viewer sees of an upload.
 
-/// Pixels along the longer side of a canvas at most; larger pictures are made smaller by a whole factor.
-pub(crate) const LONGEST_SIDE: usize = 1024;
+/// Pixels along the longer side of a canvas at most: a tenth of one is less than hands draw to, and twice as many would take
+/// three times as long to read.
+pub(crate) const LONGEST_SIDE: usize = 640;
 
 /// Opacity from which on a pixel is painted, and the least of red, green and blue of what is white, in 255ths.
 const SOLID: u8 = 64;
@@ -14,7 +15,7 @@ const ALL_WHITE: f64 = 0.8;
 const DARK_PAGE: u32 = 112;
 
 /// Room round a canvas that has no ground of its own, in pixels.
-const ROOM: usize = 24;
+const ROOM: usize = 16;
 
 /// An upload as pixels, and where they lie in it.
 #[derive(Clone, Debug)]

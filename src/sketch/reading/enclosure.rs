@@ -31,7 +31,7 @@ const ROUND: f64 = 0.8;
 const GAPS: [f64; 8] = [0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12];
 
 /// Gaps that are too wide to be closed, though one sees that a line was meant to be.
-const WIDE_GAPS: [f64; 2] = [0.16, 0.2];
+const WIDE_GAPS: [f64; 2] = [0.15, 0.18];
 
 /// Share of the ink that may enclose nothing: a tail, whiskers.
 const LOOSE: f64 = 0.04;
@@ -92,8 +92,10 @@ pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> 
     let (mut area, true_holes) = lines.with_insides();
     let mut gaps = Vec::new();
     let mut loose = lines.loose(&area);
+    let widest = 0.5 * WIDE_GAPS[1] * size;
+    let is_closed = lines.pockets(&area.or(&true_holes), &loose, widest, lines.room(0.0)).is_empty();
     for gap in GAPS {
-        if loose.area() as f64 <= LOOSE * ink.area() as f64 {
+        if is_closed || loose.area() as f64 <= LOOSE * ink.area() as f64 {
             break;
         }
         for (pocket, gap) in

@@ -27,7 +27,7 @@ use crate::raster::bitmap::Bitmap;
 use crate::raster::enclosed::{filled, parts};
 use crate::raster::neighbourhood::dilated;
 
-/// Empty pixels round what is drawn: more than half of the widest gap takes.
+/// Empty pixels round what is drawn: more than half of the widest gap takes, which is 18 % of at most 672 pixels.
 const FRAME: usize = 63;
 
 /// Sheets that may lie on each other: a window on a desk, a picture in it, its frame.

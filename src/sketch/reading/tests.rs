@@ -71,9 +71,8 @@ fn a_fill_is_its_figure_to_a_pixel() {
 
 #[test]
 fn a_line_is_what_it_encloses_whatever_the_pen() {
-    let line = |pen: f64| {
-        svg(&format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="{pen}"/>"#))
-    };
+    let line =
+        |pen: f64| svg(&format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="{pen}"/>"#));
     for pen in [1.5, 4.0, 10.0] {
         assert!(is_whole(line(pen)), "a pen of {pen}");
     }
