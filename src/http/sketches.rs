@@ -22,8 +22,8 @@ use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
 use super::svg_reader;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
-    Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
-    from_svg, picture_memory,
+    Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Sketch, TARGET_VERTICES, Choice, Warning,
+    from_outline, from_picture, from_svg, picture_memory,
 };
 use crate::store::Kind;
 
@@ -35,6 +35,9 @@ pub struct SketchMeasures {
     area: f64,
     /// What was mended, and what is to be known.
     warnings: Vec<Warning>,
+    /// The figures that the drawing shows, largest first; the first is taken where the upload asks for no other.
+    #[serde(default)]
+    figures: Vec<SeenFigure>,
 }
 
 #[derive(Debug, Deserialize, IntoParams)]
@@ -44,6 +47,10 @@ pub struct UploadQuery {
     /// Vertices wanted; 800 where neither this nor the body says.
     #[param(minimum = 50, maximum = 20000)]
     target_vertices: Option<usize>,
+    /// Which figure of the drawing to take, by its place among `figures`; 0, the largest, where it is not said.
+    #[serde(default)]
+    #[param(minimum = 0, default = 0)]
+    figure: usize,
     /// A name to list the sketch under.
     #[param(max_length = 200)]
     name: Option<String>,
@@ -91,10 +98,16 @@ pub async fn upload(
             app.off_runtime(move || memory(&looked_at.bytes, looked_at.media_type.as_deref(), &within)).await?;
         let svg_reader = app.config.svg_reader.clone();
         let taken = app.with_memory(memory?, move || {
-            imported(&upload.bytes, upload.media_type.as_deref(), target, &config, svg_reader.as_deref())
+            imported(
+                &upload.bytes,
+                upload.media_type.as_deref(),
+                (target, query.figure),
+                &config,
+                svg_reader.as_deref(),
+            )
         });
-        let Imported { sketch, warnings } = taken.await??;
-        let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
+        let Imported { sketch, warnings, figures } = taken.await??;
+        let body = serde_json::to_value(measured(&sketch, warnings, figures)).map_err(Problem::internal)?;
         shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, name.as_deref(), body).await?)
     };
     shapes::once(&app, Kind::Sketch, &key, asked, answer).await
@@ -148,23 +161,23 @@ fn memory(bytes: &[u8], media_type: Option<&str>, config: &Config) -> Result<usi
     }
 }
 
-/// The sketch in a drawing of this media type, or of the kind its bytes tell; an SVG is read by a process of the
-/// program `svg_reader` where there is one.
+/// The sketch in a drawing of this media type, or of the kind its bytes tell, with so many vertices and of the
+/// figure of this number; an SVG is read by a process of the program `svg_reader` where there is one.
 ///
 /// # Errors
 /// 415 for what is no drawing, 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
 pub fn imported(
     bytes: &[u8],
     media_type: Option<&str>,
-    target: Option<usize>,
+    (target, figure): (Option<usize>, usize),
     config: &Config,
     svg_reader: Option<&Path>,
 ) -> Result<Imported, Problem> {
-    let wanted = target.unwrap_or(DEFAULT_TARGET_VERTICES);
+    let wanted = Choice { vertices: target.unwrap_or(DEFAULT_TARGET_VERTICES), figure };
     let imported = match drawn(bytes, media_type)? {
         Drawn::Outline => {
-            let (drawing, wanted) = json::typed::<OutlineRequest>(bytes)?.into_parts();
-            from_outline(&drawing, target.unwrap_or(wanted), config)
+            let (drawing, vertices) = json::typed::<OutlineRequest>(bytes)?.into_parts();
+            from_outline(&drawing, target.unwrap_or(vertices), config)
         }
         Drawn::Svg => match svg_reader {
             Some(program) => svg_reader::read(program, bytes, wanted, config).map_err(Problem::internal)?,
@@ -175,9 +188,10 @@ pub fn imported(
     imported.map_err(refused)
 }
 
-fn measured(sketch: &Sketch, warnings: Vec<Warning>) -> SketchMeasures {
+fn measured(sketch: &Sketch, warnings: Vec<Warning>, figures: Vec<SeenFigure>) -> SketchMeasures {
     let mesh = sketch.mesh();
-    SketchMeasures { vertices: mesh.positions().len(), triangles: mesh.triangles().len(), area: mesh.area(), warnings }
+    let (vertices, triangles) = (mesh.positions().len(), mesh.triangles().len());
+    SketchMeasures { vertices, triangles, area: mesh.area(), warnings, figures }
 }
 
 /// The problem of a drawing that is not taken.

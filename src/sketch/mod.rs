@@ -88,6 +88,27 @@ pub struct Sketch {
 pub struct Imported {
     pub sketch: Sketch,
     pub warnings: Vec<Warning>,
+    /// All figures of the drawing, largest first.
+    pub figures: Vec<SeenFigure>,
+}
+
+/// A figure of a drawing: where it is, and how large, in the coordinates of the upload.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SeenFigure {
+    /// Lowest and highest corner of the box it lies in.
+    #[serde(rename = "box")]
+    #[schema(value_type = Vec<Vec<f64>>, min_items = 2, max_items = 2)]
+    pub bounds: [[f64; 2]; 2],
+    pub area: f64,
+}
+
+/// What is to be made of a drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Choice {
+    /// Vertices of the sketch, about.
+    pub vertices: usize,
+    /// Which of its figures, the largest being number 0.
+    pub figure: usize,
 }
 
 impl Sketch {
@@ -158,42 +179,49 @@ pub fn from_outline(drawing: &Drawing, target_vertices: usize, config: &Config) 
     let (figure, mut warnings) = Figure::new(drawing, config)?;
     let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Up)?;
     warnings.extend(given_up);
-    Ok(Imported { sketch, warnings })
+    let low = [0, 1].map(|i| drawing.outline.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min));
+    let high = [0, 1].map(|i| drawing.outline.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max));
+    let figures = vec![SeenFigure { bounds: [low, high], area: sketch.mesh.area() }];
+    Ok(Imported { sketch, warnings, figures })
 }
 
-/// The sketch of the largest figure that an SVG document shows, in user units of its `viewBox`.
+/// The sketch of a figure that an SVG document shows, in user units of its `viewBox`.
 ///
 /// # Errors
-/// A number of vertices out of [`TARGET_VERTICES`]; a document that cannot be read, is too large, or shows no figure.
-pub fn from_svg(bytes: &[u8], target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
-    check_target(target_vertices)?;
+/// A number of vertices out of [`TARGET_VERTICES`]; a document that cannot be read, is too large, or shows no figure, or
+/// none of this number.
+pub fn from_svg(bytes: &[u8], wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
+    check_target(wanted.vertices)?;
     let (canvas, warnings) = svg::canvas(bytes, config)?;
-    seen(canvas, warnings, target_vertices, config)
+    seen(canvas, warnings, wanted, config)
 }
 
-/// The sketch of the largest figure that a PNG or JPEG picture shows, in pixels: the centre of the first is (0.5, 0.5).
+/// The sketch of a figure that a PNG or JPEG picture shows, in pixels: the centre of the first is (0.5, 0.5).
 ///
 /// # Errors
-/// A number of vertices out of [`TARGET_VERTICES`]; a picture that cannot be read, is too large, or shows no figure.
-pub fn from_picture(bytes: &[u8], target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
-    check_target(target_vertices)?;
-    seen(picture::canvas(bytes, config)?, Vec::new(), target_vertices, config)
+/// A number of vertices out of [`TARGET_VERTICES`]; a picture that cannot be read, is too large, or shows no figure, or
+/// none of this number.
+pub fn from_picture(bytes: &[u8], wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
+    check_target(wanted.vertices)?;
+    seen(picture::canvas(bytes, config)?, Vec::new(), wanted, config)
 }
 
-/// The sketch of the largest figure that is seen on a canvas.
-fn seen(
-    canvas: Canvas,
-    mut warnings: Vec<Warning>,
-    target_vertices: usize,
-    config: &Config,
-) -> Result<Imported, Refusal> {
+/// The sketch of a figure that is seen on a canvas.
+fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
     let canvas = canvas.with_room();
     let reading = Reading::of(&canvas)?;
-    let figure = drawn_figure(&reading.drawing(&canvas, 0, RAW_POINTS_PER_POINT * config.max_points)?, config)?;
-    warnings.extend(reading.warnings(&canvas, 0));
-    let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Down)?;
+    let figures = reading.figures(&canvas);
+    if wanted.figure >= figures.len() {
+        let detail =
+            format!("figure {} was asked for; the drawing shows {}, counted from 0", wanted.figure, figures.len());
+        return Err(Refusal::plain(detail));
+    }
+    let drawing = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
+    let figure = drawn_figure(&drawing, config)?;
+    warnings.extend(reading.warnings(&canvas, wanted.figure));
+    let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
     warnings.extend(given_up);
-    Ok(Imported { sketch, warnings })
+    Ok(Imported { sketch, warnings, figures })
 }
 
 /// Bytes of memory that reading a picture takes at its peak, about, by its header; none where that is refused.

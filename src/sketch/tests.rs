@@ -20,7 +20,7 @@ fn a_sketch_is_one_figure_of_all_vertices() {
 fn svg(paths: &[String]) -> Result<Imported, Refusal> {
     let paths: String = paths.iter().map(|d| format!(r#"<path d="{d}"/>"#)).collect();
     let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1000 1000">{paths}</svg>"#);
-    from_svg(text.as_bytes(), 100, &Config::default())
+    from_svg(text.as_bytes(), Choice { vertices: 100, figure: 0 }, &Config::default())
 }
 
 #[test]

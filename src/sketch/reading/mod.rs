@@ -20,6 +20,7 @@ use ground::Ground;
 use ink::{Drawn, Ink};
 use sheet::Sheet;
 
+use super::SeenFigure;
 use super::outline::Drawing;
 use super::refusal::{Fault, Refusal, Warning};
 use crate::raster::PixelBox;
@@ -111,6 +112,18 @@ impl Reading {
     pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<Drawing, Refusal> {
         outline::drawing(canvas, &self.figures[figure].area, max_points)
             .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))
+    }
+
+    /// Where the figures are and how large, largest first.
+    pub fn figures(&self, canvas: &Canvas) -> Vec<SeenFigure> {
+        let of_pixel = (canvas.pixel[0] * canvas.pixel[1]).abs();
+        let seen = |figure: &Figure| {
+            PixelBox::of(&figure.area).map(|bounds| SeenFigure {
+                bounds: notes::upload_box(canvas, bounds),
+                area: figure.area.area() as f64 * of_pixel,
+            })
+        };
+        self.figures.iter().filter_map(seen).collect()
     }
 
     /// What was mended or left out on the way to a figure, and where.

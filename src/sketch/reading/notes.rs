@@ -20,12 +20,14 @@ pub(super) fn upload_point(canvas: &Canvas, point: [f64; 2]) -> [f64; 2] {
     canvas.upload_point(point.map(|x| x - FRAME as f64))
 }
 
+/// A box of a framed picture in the coordinates of the upload.
+pub(super) fn upload_box(canvas: &Canvas, bounds: PixelBox) -> [[f64; 2]; 2] {
+    [bounds.low, bounds.high].map(|corner| upload_point(canvas, corner.map(|x| x as f64)))
+}
+
 pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec<Warning> {
     let own = &reading.figures[figure];
-    let placed = |code, detail: &str, bounds: PixelBox| {
-        let [low, high] = [bounds.low, bounds.high].map(|corner| upload_point(canvas, corner.map(|x| x as f64)));
-        Warning::new(code, detail).within([low, high])
-    };
+    let placed = |code, detail: &str, bounds: PixelBox| Warning::new(code, detail).within(upload_box(canvas, bounds));
     let boxed = |code, detail: &str, area: &Bitmap| PixelBox::of(area).map(|bounds| placed(code, detail, bounds));
     let unframed =
         |bounds: PixelBox| PixelBox { low: bounds.low.map(|x| x + FRAME), high: bounds.high.map(|x| x + FRAME) };

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::sketch::ring::signed_area;
-use crate::sketch::{Config, Imported, Refusal, Warning, WarningCode, from_picture, from_svg};
+use crate::sketch::{Config, Imported, Refusal, Choice, Warning, WarningCode, from_picture, from_svg};
 
 /// A person with arms and legs apart, in a box of 300 × 400 at (50, 50).
 const PERSON: &str = "150 50 250 50 250 130 350 130 350 180 250 180 250 300 290 450 230 450 200 320 170 450 110 450 \
@@ -13,7 +13,7 @@ const PERSON: &str = "150 50 250 50 250 130 350 130 350 180 250 180 250 300 290 
 
 fn svg(content: &str) -> Result<Imported, Refusal> {
     let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 500">{content}</svg>"#);
-    from_svg(text.as_bytes(), 300, &Config::default())
+    from_svg(text.as_bytes(), Choice { vertices: 300, figure: 0 }, &Config::default())
 }
 
 fn area(read: Result<Imported, Refusal>) -> f64 {
@@ -38,7 +38,7 @@ fn codes(read: &Imported) -> Vec<WarningCode> {
 fn png(picture: RgbImage) -> Result<Imported, Refusal> {
     let mut bytes = Cursor::new(Vec::new());
     DynamicImage::ImageRgb8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
-    from_picture(bytes.get_ref(), 300, &Config::default())
+    from_picture(bytes.get_ref(), Choice { vertices: 300, figure: 0 }, &Config::default())
 }
 
 /// The corners of the person.
@@ -146,6 +146,12 @@ fn of_two_figures_the_other_is_named() {
     let [low, high] = warning.bounds.unwrap();
     assert!((low[0] - 20.0).abs() < 1.0 && (high[1] - 400.0).abs() < 1.0, "{warning:?}");
     assert!((read.sketch.mesh().area() / (120.0 * 320.0) - 1.0).abs() < 0.01);
+    assert_eq!(read.figures.len(), 2);
+    assert_eq!(read.figures[1].bounds, [low, high]);
+    let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 500">{two}</svg>"#);
+    let other = |figure| from_svg(text.as_bytes(), Choice { vertices: 300, figure }, &Config::default());
+    assert!((area(other(1)) / (100.0 * 300.0) - 1.0).abs() < 0.01);
+    assert!(other(2).unwrap_err().to_string().contains("figure 2 was asked for; the drawing shows 2"));
 }
 
 #[test]
@@ -255,7 +261,8 @@ fn turned(orientation: u8) -> Vec<u8> {
 #[test]
 fn a_picture_is_read_as_it_is_shown() {
     let corner = |orientation: u8| {
-        let sketch = from_picture(&turned(orientation), 60, &Config::default()).unwrap().sketch;
+        let sketch =
+            from_picture(&turned(orientation), Choice { vertices: 60, figure: 0 }, &Config::default()).unwrap().sketch;
         let points = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v));
         points.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])]).map(f64::round)
     };
