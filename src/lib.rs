@@ -13,6 +13,9 @@ pub mod numerics;
 /// A valid triangle mesh, what is measured on it, and the file formats it arrives in.
 pub mod mesh;
 
+/// Pictures in black and white: their pieces, what lies near, what they enclose, and the lines round them.
+pub mod raster;
+
 /// A drawing and the flat mesh made of it.
 pub mod sketch;
 

@@ -6,7 +6,6 @@
 
 mod attempt;
 pub mod axes;
-mod bitmap;
 mod by_distances;
 mod candidates;
 pub mod contour;
@@ -17,7 +16,6 @@ mod inner_paths;
 mod landmarks;
 mod laying;
 pub mod limbs;
-mod pieces;
 mod pose;
 pub mod prepared;
 mod reconciliation;

@@ -1,7 +1,7 @@
 //! Pictures of projected triangles.
 
 use super::axes::longest;
-use super::bitmap::Bitmap;
+use crate::raster::bitmap::Bitmap;
 
 /// Longer side of the picture, border included, in pixels.
 const SIDE: usize = 256;

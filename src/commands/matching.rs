@@ -66,7 +66,7 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     let [output, picture] = outputs(options)?;
     let (limits, reader) = (sketch::Config::default(), svg_reader::this_program()?);
     let sketch = http::sketches::drawn(&drawing, sketch_type(&options.sketch))
-        .and_then(|drawn| http::sketches::imported(&drawing, drawn, None, &limits, Some(&reader)))
+        .and_then(|drawn| http::sketches::imported(&drawing, drawn, (None, 0), &limits, Some(&reader)))
         .map_err(|problem| reasons(&options.sketch, &problem))?;
     let mesh_name = options.mesh.file_name().and_then(|name| name.to_str());
     let mesh = http::meshes::format(&solid, None, None, mesh_name)

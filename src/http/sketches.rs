@@ -21,8 +21,8 @@ use super::shapes::{self, Renaming, ShapeDocument};
 use super::svg_reader;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
-    Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, Sketch, TARGET_VERTICES, Warning, from_outline, from_picture,
-    from_svg, picture_memory,
+    Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Sketch, TARGET_VERTICES, Warning,
+    from_outline, from_picture, from_svg, picture_memory,
 };
 use crate::store::{Kind, Source};
 
@@ -34,6 +34,9 @@ pub struct SketchMeasures {
     area: f64,
     /// What was mended, and what is to be known.
     warnings: Vec<Warning>,
+    /// The figures that the drawing shows, largest first; the first is taken where the upload asks for no other.
+    #[serde(default)]
+    figures: Vec<SeenFigure>,
 }
 
 #[derive(Debug, Deserialize, IntoParams)]
@@ -43,6 +46,10 @@ pub struct UploadQuery {
     /// Vertices wanted; 800 where neither this nor the body says.
     #[param(minimum = 50, maximum = 20000)]
     target_vertices: Option<usize>,
+    /// Which figure of the drawing to take, by its place among `figures`; 0, the largest, where it is not said.
+    #[serde(default)]
+    #[param(minimum = 0, default = 0)]
+    figure: usize,
     /// A name to list the sketch under.
     #[param(max_length = 200)]
     name: Option<String>,
@@ -106,17 +113,25 @@ pub async fn upload(
             Ok::<_, Problem>((drawn, memory(&looked_at.bytes, drawn, &within)?))
         });
         let (drawn, memory) = known.await??;
-        let (svg_reader, file) = (app.config.svg_reader.clone(), upload.bytes.clone());
+        let (svg_reader, file, figure) = (app.config.svg_reader.clone(), upload.bytes.clone(), query.figure);
         // The turn and the memory are of the work, which goes on where the client hangs up; so is the upload.
-        let taken =
-            app.with_memory(memory, move || imported(&upload.bytes, drawn, target, &config, svg_reader.as_deref()));
-        let Imported { sketch, warnings } = taken.await??;
-        let parameters = target.map(|vertices| format!("target_vertices={vertices}")).unwrap_or_default();
-        let source = Source { bytes: file, media_type: drawn.media_type().to_owned(), parameters };
-        let body = serde_json::to_value(measured(&sketch, warnings)).map_err(Problem::internal)?;
+        let taken = app.with_memory(memory, move || {
+            imported(&upload.bytes, drawn, (target, figure), &config, svg_reader.as_deref())
+        });
+        let Imported { sketch, warnings, figures } = taken.await??;
+        let source =
+            Source { bytes: file, media_type: drawn.media_type().to_owned(), parameters: asked_of(target, figure) };
+        let body = serde_json::to_value(measured(&sketch, warnings, figures)).map_err(Problem::internal)?;
         shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, source, name.as_deref(), body).await?)
     };
     shapes::once(&app, Kind::Sketch, &key, asked, answer).await
+}
+
+/// What is asked of the reading, in words: nothing where nothing is.
+fn asked_of(target: Option<usize>, figure: usize) -> String {
+    let vertices = target.map(|vertices| format!("target_vertices={vertices}"));
+    let figure = (figure > 0).then(|| format!("figure={figure}"));
+    [vertices, figure].into_iter().flatten().collect::<Vec<_>>().join("&")
 }
 
 /// The number of vertices the query asks for.
@@ -172,22 +187,23 @@ fn memory(bytes: &[u8], drawn: Drawn, config: &Config) -> Result<usize, Problem>
     }
 }
 
-/// The sketch in a drawing of this kind; an SVG is read by a process of the program `svg_reader` where there is one.
+/// The sketch in a drawing of this kind, with so many vertices and of the figure of this number; an SVG is read by a
+/// process of the program `svg_reader` where there is one.
 ///
 /// # Errors
 /// 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
 pub fn imported(
     bytes: &[u8],
     drawn: Drawn,
-    target: Option<usize>,
+    (target, figure): (Option<usize>, usize),
     config: &Config,
     svg_reader: Option<&Path>,
 ) -> Result<Imported, Problem> {
-    let wanted = target.unwrap_or(DEFAULT_TARGET_VERTICES);
+    let wanted = Choice { vertices: target.unwrap_or(DEFAULT_TARGET_VERTICES), figure };
     let imported = match drawn {
         Drawn::Outline => {
-            let (drawing, wanted) = json::typed::<OutlineRequest>(bytes)?.into_parts();
-            from_outline(&drawing, target.unwrap_or(wanted), config)
+            let (drawing, vertices) = json::typed::<OutlineRequest>(bytes)?.into_parts();
+            from_outline(&drawing, target.unwrap_or(vertices), config)
         }
         Drawn::Svg => match svg_reader {
             Some(program) => svg_reader::read(program, bytes, wanted, config).map_err(Problem::internal)?,
@@ -198,9 +214,10 @@ pub fn imported(
     imported.map_err(refused)
 }
 
-fn measured(sketch: &Sketch, warnings: Vec<Warning>) -> SketchMeasures {
+fn measured(sketch: &Sketch, warnings: Vec<Warning>, figures: Vec<SeenFigure>) -> SketchMeasures {
     let mesh = sketch.mesh();
-    SketchMeasures { vertices: mesh.positions().len(), triangles: mesh.triangles().len(), area: mesh.area(), warnings }
+    let (vertices, triangles) = (mesh.positions().len(), mesh.triangles().len());
+    SketchMeasures { vertices, triangles, area: mesh.area(), warnings, figures }
 }
 
 /// The problem of a drawing that is not taken.

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use rustix::process::{Resource, Rlimit, setrlimit};
 use serde::{Deserialize, Serialize};
 
-use crate::sketch::{Config, Imported, Refusal, from_svg};
+use crate::sketch::{Choice, Config, Imported, Refusal, from_svg};
 
 /// The command of the program that reads an SVG.
 pub const COMMAND: &str = "read-svg";
@@ -34,7 +34,7 @@ pub fn this_program() -> io::Result<PathBuf> {
 /// What is said to a reader, in a line before the bytes of the drawing.
 #[derive(Serialize, Deserialize)]
 struct Question {
-    target_vertices: usize,
+    wanted: Choice,
     config: Config,
 }
 
@@ -42,13 +42,8 @@ struct Question {
 ///
 /// # Errors
 /// When no process can be started, or what it says cannot be read.
-pub fn read(
-    program: &Path,
-    svg: &[u8],
-    target_vertices: usize,
-    config: &Config,
-) -> io::Result<Result<Imported, Refusal>> {
-    let mut question = serde_json::to_vec(&Question { target_vertices, config: config.clone() })?;
+pub fn read(program: &Path, svg: &[u8], wanted: Choice, config: &Config) -> io::Result<Result<Imported, Refusal>> {
+    let mut question = serde_json::to_vec(&Question { wanted, config: config.clone() })?;
     question.push(b'\n');
     let mut reader = Command::new(program);
     reader.arg(COMMAND).env_clear().stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -77,7 +72,7 @@ pub fn serve(mut input: impl BufRead, mut output: impl Write) -> io::Result<()> 
     let (mut question, mut svg) = (String::new(), Vec::new());
     input.read_line(&mut question)?;
     input.read_to_end(&mut svg)?;
-    let Question { target_vertices, config } = serde_json::from_str(&question)?;
-    let answer: Result<Imported, Refusal> = from_svg(&svg, target_vertices, &config);
+    let Question { wanted, config } = serde_json::from_str(&question)?;
+    let answer: Result<Imported, Refusal> = from_svg(&svg, wanted, &config);
     output.write_all(&serde_json::to_vec(&answer)?)
 }

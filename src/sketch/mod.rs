@@ -1,14 +1,14 @@
 //! A drawing and the flat mesh made of it.
 //!
 //! Three ways in, [`from_outline`], [`from_svg`] and [`from_picture`], end in one: a clean [`outline`] with holes that
-//! is triangulated to a wanted number of vertices. Inside, y points up; answers are given in the coordinates of the
+//! is triangulated to a wanted number of vertices. SVG and pictures are read as they are seen. Inside, y points up; answers are given in the coordinates of the
 //! upload, which for SVG and pictures have y down.
 
 mod arrangement;
-mod contour;
 mod exchange;
 pub mod outline;
 mod picture;
+mod reading;
 mod refusal;
 mod ring;
 mod simplification;
@@ -22,6 +22,8 @@ use utoipa::ToSchema;
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::largest_component;
 use outline::{Drawing, Figure};
+use reading::Reading;
+use reading::canvas::Canvas;
 pub use refusal::{Fault, Refusal, Warning, WarningCode};
 
 /// Vertices of a sketch where the request names no number.
@@ -30,8 +32,8 @@ pub const DEFAULT_TARGET_VERTICES: usize = 800;
 /// The numbers of vertices that can be asked for.
 pub const TARGET_VERTICES: std::ops::RangeInclusive<usize> = 50..=20_000;
 
-/// Holes of a picture or an SVG of less than this part of the figure's area are filled.
-const TINY_HOLE: f64 = 4e-4;
+/// Longest contour of what is seen that is looked at, in points before simplification per point allowed after it.
+const RAW_POINTS_PER_POINT: usize = 20;
 
 /// What an upload may cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,6 +88,27 @@ pub struct Sketch {
 pub struct Imported {
     pub sketch: Sketch,
     pub warnings: Vec<Warning>,
+    /// All figures of the drawing, largest first.
+    pub figures: Vec<SeenFigure>,
+}
+
+/// A figure of a drawing: where it is, and how large, in the coordinates of the upload.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SeenFigure {
+    /// Lowest and highest corner of the box it lies in.
+    #[serde(rename = "box")]
+    #[schema(value_type = Vec<Vec<f64>>, min_items = 2, max_items = 2)]
+    pub bounds: [[f64; 2]; 2],
+    pub area: f64,
+}
+
+/// What is to be made of a drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Choice {
+    /// Vertices of the sketch, about.
+    pub vertices: usize,
+    /// Which of its figures, the largest being number 0.
+    pub figure: usize,
 }
 
 impl Sketch {
@@ -156,40 +179,49 @@ pub fn from_outline(drawing: &Drawing, target_vertices: usize, config: &Config) 
     let (figure, mut warnings) = Figure::new(drawing, config)?;
     let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Up)?;
     warnings.extend(given_up);
-    Ok(Imported { sketch, warnings })
+    let low = [0, 1].map(|i| drawing.outline.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min));
+    let high = [0, 1].map(|i| drawing.outline.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max));
+    let figures = vec![SeenFigure { bounds: [low, high], area: sketch.mesh.area() }];
+    Ok(Imported { sketch, warnings, figures })
 }
 
-/// The sketch of the largest figure in an SVG document, in user units of its `viewBox`.
+/// The sketch of a figure that an SVG document shows, in user units of its `viewBox`.
 ///
 /// # Errors
-/// A number of vertices out of [`TARGET_VERTICES`]; a document that cannot be read, is too large, or shows no figure.
-pub fn from_svg(bytes: &[u8], target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
-    check_target(target_vertices)?;
-    let (drawing, mut warnings) = svg::drawing(bytes, config)?;
-    let figure = match drawn_figure(&drawing, config) {
-        Ok(figure) => figure,
-        Err(refusal) => {
-            let (joined, joints) = svg::joined(&drawing)?;
-            warnings.extend(joints);
-            drawn_figure(&joined, config).map_err(|_| refusal)?
-        }
-    };
-    let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Down)?;
-    warnings.extend(given_up);
-    Ok(Imported { sketch, warnings })
+/// A number of vertices out of [`TARGET_VERTICES`]; a document that cannot be read, is too large, or shows no figure, or
+/// none of this number.
+pub fn from_svg(bytes: &[u8], wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
+    check_target(wanted.vertices)?;
+    let (canvas, warnings) = svg::canvas(bytes, config)?;
+    seen(canvas, warnings, wanted, config)
 }
 
-/// The sketch of the largest figure in a PNG or JPEG picture, in pixels: the centre of the first is (0.5, 0.5).
+/// The sketch of a figure that a PNG or JPEG picture shows, in pixels: the centre of the first is (0.5, 0.5).
 ///
 /// # Errors
-/// A number of vertices out of [`TARGET_VERTICES`]; a picture that cannot be read, is too large, or shows no figure.
-pub fn from_picture(bytes: &[u8], target_vertices: usize, config: &Config) -> Result<Imported, Refusal> {
-    check_target(target_vertices)?;
-    let (drawing, mut warnings) = picture::drawing(bytes, config)?;
+/// A number of vertices out of [`TARGET_VERTICES`]; a picture that cannot be read, is too large, or shows no figure, or
+/// none of this number.
+pub fn from_picture(bytes: &[u8], wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
+    check_target(wanted.vertices)?;
+    seen(picture::canvas(bytes, config)?, Vec::new(), wanted, config)
+}
+
+/// The sketch of a figure that is seen on a canvas.
+fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
+    let canvas = canvas.with_room();
+    let reading = Reading::of(&canvas)?;
+    let figures = reading.figures(&canvas);
+    if wanted.figure >= figures.len() {
+        let detail =
+            format!("figure {} was asked for; the drawing shows {}, counted from 0", wanted.figure, figures.len());
+        return Err(Refusal::plain(detail));
+    }
+    let drawing = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
     let figure = drawn_figure(&drawing, config)?;
-    let (sketch, given_up) = of_figure(&figure, target_vertices, YAxis::Down)?;
+    warnings.extend(reading.warnings(&canvas, wanted.figure));
+    let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
     warnings.extend(given_up);
-    Ok(Imported { sketch, warnings })
+    Ok(Imported { sketch, warnings, figures })
 }
 
 /// Bytes of memory that reading a picture takes at its peak, about, by its header; none where that is refused.

@@ -1,72 +1,59 @@
-//! The largest figure of a PNG or JPEG picture.
+//! PNG and JPEG pictures as they are shown.
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+use image::metadata::Orientation;
+use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageReader, Limits, Pixel, RgbaImage, imageops};
 
-use super::contour::{self, Field};
-use super::outline::Drawing;
-use super::refusal::{Refusal, Warning, WarningCode};
-use super::ring::signed_area;
-use super::simplification::{looks, simplified};
-use super::{Config, TINY_HOLE};
+use super::Config;
+use super::reading::canvas::{Canvas, LONGEST_SIDE};
+use super::refusal::Refusal;
 
 /// Memory a decoder may take beside its output.
 const MAX_DECODER_BYTES: u64 = 1 << 30;
 
-/// Bytes per pixel beside the decoded picture: six of the coefficients of a progressive JPEG, and what the figure is
-/// found with: two of brightness and opacity, six of the field and its masks, eight of the front that floods it.
-const WORKING_BYTES_PER_PIXEL: u64 = 22;
+/// Bytes per pixel beside the decoded picture: six of the coefficients of a progressive JPEG, four where a pixel is not of
+/// eight bits a channel.
+const WORKING_BYTES_PER_PIXEL: u64 = 10;
 
-/// A figure of fewer pixels has no shape to speak of.
-const MIN_FIGURE_PIXELS: usize = 100;
+/// Bytes that reading a canvas takes at its peak, whatever the picture: measured, and a third more.
+const READING_BYTES: u64 = 64 << 20;
 
-/// Least difference between the darkest and the lightest pixel of a picture that shows something.
-const MIN_CONTRAST: u8 = 16;
+/// Pixels along the longer side below which a picture is made larger, so that lines and gaps have pixels of their own.
+const SHORTEST_SIDE: u32 = 256;
 
-/// Corners of the contour that cut off less are noise of the pixel grid, in squared pixels.
-const PIXEL_NOISE: f64 = 0.5;
-
-/// Longest contour that is looked at, in points before simplification per point allowed after it.
-const RAW_POINTS_PER_POINT: usize = 20;
-
-/// The outline and holes of the picture's largest figure in pixels, y down, pixel centres at whole numbers and a half,
-/// and what was left out.
-///
-/// Opacity tells the figure where the picture has transparent and opaque parts; else brightness does, split where it
-/// separates two kinds of pixels best [Ots79], and what most of the border is made of is the background.
+/// A picture on a canvas, in pixels as it is shown, y down: the centre of the first is (0.5, 0.5).
 ///
 /// # Errors
-/// Not a picture, cut off, too large, blank, or nothing in it larger than a speck.
-pub(super) fn drawing(bytes: &[u8], config: &Config) -> Result<(Drawing, Vec<Warning>), Refusal> {
-    let field = field(decoded(bytes, config)?)?;
-    let figure = contour::largest_figure(&field);
-    if figure.pixels < MIN_FIGURE_PIXELS {
-        let detail =
-            format!("the largest figure has {} pixels; at least {MIN_FIGURE_PIXELS} are needed", figure.pixels);
-        return Err(Refusal::plain(detail));
+/// Not a picture, cut off, or too large.
+pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<Canvas, Refusal> {
+    let mut decoder = decoder(bytes, config)?;
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let picture = DynamicImage::from_decoder(decoder).map_err(|error| unreadable(&error, config))?;
+    let size = [picture.width(), picture.height()];
+    let mut shown = DynamicImage::ImageRgba8(at_reading_size(picture));
+    let reading_size = [shown.width(), shown.height()];
+    shown.apply_orientation(orientation);
+    let mut pixel = [0, 1].map(|i| f64::from(size[i]) / f64::from(reading_size[i]));
+    if [shown.width(), shown.height()] != reading_size {
+        pixel.reverse();
     }
-    let rings = figure.contours(&field, RAW_POINTS_PER_POINT * config.max_points);
-    let Some(mut rings) = rings else {
-        return Err(Refusal::plain("the figure's contour is too long: the picture is too noisy"));
-    };
-    let mut warnings = figure.warnings(&field);
-    warnings.extend(fill_tiny_holes(&mut rings));
-    let mut rings = simplified(&rings, PIXEL_NOISE, &mut looks(&rings)).into_iter();
-    let outline = rings.next().unwrap_or_default();
-    Ok((Drawing { outline, holes: rings.collect() }, warnings))
+    let shown = shown.into_rgba8();
+    Ok(Canvas {
+        width: shown.width() as usize,
+        height: shown.height() as usize,
+        pixels: shown.pixels().map(|pixel| pixel.0).collect(),
+        origin: [0.0; 2],
+        pixel,
+    })
 }
 
-/// Bytes of memory that a picture takes at its peak, about, by its header; none where [`drawing`] refuses that.
+/// Bytes of memory that a picture takes at its peak, about, by its header; none where [`canvas`] refuses that.
 pub(super) fn memory(bytes: &[u8], config: &Config) -> usize {
     let Ok(decoder) = decoder(bytes, config) else { return 0 };
     let (width, height) = decoder.dimensions();
-    let working = u64::from(width) * u64::from(height) * WORKING_BYTES_PER_PIXEL;
+    let working = u64::from(width) * u64::from(height) * WORKING_BYTES_PER_PIXEL + READING_BYTES;
     usize::try_from(decoder.total_bytes().saturating_add(working)).unwrap_or(usize::MAX)
-}
-
-fn decoded(bytes: &[u8], config: &Config) -> Result<DynamicImage, Refusal> {
-    DynamicImage::from_decoder(decoder(bytes, config)?).map_err(|error| unreadable(&error, config))
 }
 
 /// A decoder that has read the header of a picture within the limits.
@@ -101,98 +88,44 @@ fn unreadable(error: &ImageError, config: &Config) -> Refusal {
     })
 }
 
-/// The picture as a field that is above its threshold in figures.
-fn field(picture: DynamicImage) -> Result<Field, Refusal> {
-    let has_alpha = picture.color().has_alpha();
-    let pixels = picture.into_luma_alpha8();
-    let [width, height] = [pixels.width(), pixels.height()].map(|side| side as usize);
-    let opacity = || pixels.pixels().map(|pixel| pixel.0[1]);
-    if has_alpha && is_meaningful(&histogram(opacity())) {
-        return Ok(Field { width, height, values: opacity().collect(), threshold: 127 });
+/// The picture made smaller where it is larger than is looked at, or larger by a whole factor where it is small.
+fn at_reading_size(picture: DynamicImage) -> RgbaImage {
+    let side = picture.width().max(picture.height());
+    if side < SHORTEST_SIDE {
+        let factor = SHORTEST_SIDE / side + 1;
+        let (width, height) = (picture.width() * factor, picture.height() * factor);
+        return imageops::resize(&picture.into_rgba8(), width, height, imageops::FilterType::Triangle);
     }
-    let mut values: Vec<u8> = pixels.pixels().map(|pixel| on_paper(pixel.0)).collect();
-    let histogram = histogram(values.iter().copied());
-    let contrast = |value: usize| histogram[value] > 0;
-    let darkest = (0..256).find(|&value| contrast(value)).unwrap_or(0);
-    let lightest = (0..256).rfind(|&value| contrast(value)).unwrap_or(0);
-    if lightest < darkest + usize::from(MIN_CONTRAST) {
-        return Err(Refusal::plain("the picture is blank: all of it has about one brightness"));
+    let longest = side.min(LONGEST_SIDE as u32);
+    let [width, height] = [picture.width(), picture.height()].map(|own| (own * longest).div_ceil(side));
+    match picture {
+        DynamicImage::ImageLuma8(picture) => reduced(&picture, width, height),
+        DynamicImage::ImageRgb8(picture) => reduced(&picture, width, height),
+        DynamicImage::ImageRgba8(picture) => reduced(&picture, width, height),
+        other => reduced(&other.into_rgba8(), width, height),
     }
-    let mut threshold = between_classes(&histogram);
-    if border_is_above(&values, width, height, threshold) {
-        values.iter_mut().for_each(|value| *value = 255 - *value);
-        threshold = 254 - threshold;
-    }
-    Ok(Field { width, height, values, threshold })
 }
 
-/// Brightness of a pixel on white paper.
-fn on_paper([brightness, opacity]: [u8; 2]) -> u8 {
-    let (brightness, opacity) = (u32::from(brightness), u32::from(opacity));
-    ((brightness * opacity + 255 * (255 - opacity) + 127) / 255) as u8
-}
-
-fn histogram(values: impl Iterator<Item = u8>) -> [u64; 256] {
-    let mut histogram = [0; 256];
-    values.for_each(|value| histogram[usize::from(value)] += 1);
-    histogram
-}
-
-/// Whether there are both transparent and opaque pixels, a thousandth of the picture each.
-fn is_meaningful(opacity: &[u64; 256]) -> bool {
-    let all: u64 = opacity.iter().sum();
-    let (transparent, opaque): (u64, u64) = (opacity[..64].iter().sum(), opacity[192..].iter().sum());
-    transparent.min(opaque) * 1000 >= all
-}
-
-/// The value that separates the histogram into the two classes, up to it and above it, of the greatest variance
-/// between them [Ots79]; the middle one where several do.
-fn between_classes(histogram: &[u64; 256]) -> u8 {
-    let all: f64 = histogram.iter().map(|&n| n as f64).sum();
-    let total: f64 = histogram.iter().enumerate().map(|(value, &n)| value as f64 * n as f64).sum();
-    let (mut below, mut sum) = (0.0, 0.0);
-    let (mut best, mut first, mut last) = (-1.0, 0, 0);
-    for (value, &n) in histogram.iter().enumerate().take(255) {
-        below += n as f64;
-        sum += value as f64 * n as f64;
-        let above = all - below;
-        if below == 0.0 || above == 0.0 {
-            continue;
+/// The picture in so many pixels or fewer, each of the mean colour of those that fall into it.
+fn reduced<P: Pixel<Subpixel = u8>>(picture: &ImageBuffer<P, Vec<u8>>, width: u32, height: u32) -> RgbaImage {
+    let column: Vec<usize> = (0..picture.width()).map(|x| (x * width / picture.width()) as usize).collect();
+    let mut reduced = RgbaImage::new(width, height);
+    // Sums of red, green and blue, each times its opacity, of opacity, and of pixels.
+    let mut sums = vec![[0u64; 5]; width as usize];
+    for (y, line) in (0..).zip(picture.rows()) {
+        for (pixel, &column) in line.zip(&column) {
+            let [r, g, b, a] = pixel.to_rgba().0.map(u64::from);
+            let sum = &mut sums[column];
+            *sum = [sum[0] + r * a, sum[1] + g * a, sum[2] + b * a, sum[3] + a, sum[4] + 1];
         }
-        let apart = sum / below - (total - sum) / above;
-        let variance = below * above * apart * apart;
-        if variance > best {
-            (best, first) = (variance, value);
-        }
-        if variance >= best {
-            last = value;
+        let row = y * height / picture.height();
+        if (y + 1) * height / picture.height() > row {
+            for (pixel, [r, g, b, a, n]) in reduced.rows_mut().nth(row as usize).into_iter().flatten().zip(&sums) {
+                let [r, g, b] = [r, g, b].map(|sum| sum.checked_div(*a).unwrap_or(0) as u8);
+                pixel.0 = [r, g, b, a.checked_div(*n).unwrap_or(0) as u8];
+            }
+            sums.fill([0; 5]);
         }
     }
-    ((first + last) / 2) as u8
-}
-
-/// Whether most of the picture's border lies above the threshold.
-fn border_is_above(values: &[u8], width: usize, height: usize, threshold: u8) -> bool {
-    let rows = [0, height - 1].into_iter().flat_map(|y| (0..width).map(move |x| (x, y)));
-    let columns = [0, width - 1].into_iter().flat_map(|x| (0..height).map(move |y| (x, y)));
-    let (mut above, mut all) = (0, 0);
-    for (x, y) in rows.chain(columns) {
-        all += 1;
-        above += usize::from(values[y * width + x] > threshold);
-    }
-    2 * above > all
-}
-
-/// Takes holes out that are too small to matter; the outline, the first ring, stays.
-fn fill_tiny_holes(rings: &mut Vec<Vec<[f64; 2]>>) -> Option<Warning> {
-    let areas: Vec<f64> = rings.iter().map(|ring| signed_area(ring).abs()).collect();
-    let least = TINY_HOLE * areas.first()?;
-    let before = rings.len();
-    let mut index = 0;
-    rings.retain(|_| {
-        index += 1;
-        index == 1 || areas[index - 1] >= least
-    });
-    let filled = before - rings.len();
-    (filled > 0).then(|| Warning::new(WarningCode::TinyHoles, format!("{filled} tiny holes were filled")))
+    reduced
 }

@@ -38,6 +38,14 @@ pub struct Warning {
     pub code: WarningCode,
     /// What was done and where: lower case, without full stop.
     pub detail: String,
+    /// Where it is, in the coordinates of the upload.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
+    pub point: Option<[f64; 2]>,
+    /// Lowest and highest corner of the box it lies in, in the coordinates of the upload.
+    #[serde(default, skip_serializing_if = "Option::is_none", rename = "box")]
+    #[schema(value_type = Option<Vec<Vec<f64>>>, min_items = 2, max_items = 2)]
+    pub bounds: Option<[[f64; 2]; 2]>,
 }
 
 /// The kinds of [`Warning`].
@@ -59,21 +67,21 @@ pub enum WarningCode {
     Simplified,
     /// The smallest angle asked for was given up to keep thin parts at the wanted number of vertices.
     ThinParts,
-    /// Figures beside the largest one were left out.
-    SmallerFigures,
-    /// Holes too small to matter were filled.
-    TinyHoles,
+    /// A figure beside the one that was taken was left out.
+    OtherFigure,
+    /// Something drawn was left out.
+    LeftOut,
     /// The figure runs into the border and was closed along it.
     CutByBorder,
-    /// A shape that covers the whole canvas was taken for paper.
+    /// A frame, a paper, a window was taken for what the figure is drawn on.
     Background,
-    /// Open strokes whose ends nearly meet were closed.
-    ClosedStroke,
-    /// Open strokes beside closed ones were left out.
-    OpenStrokes,
-    /// Parts that touch in single points were joined there.
-    TouchingParts,
-    /// Elements that are not shapes (text, images, clipping, masks) were not looked at.
+    /// A gap in a line that encloses the figure was closed.
+    ClosedGap,
+    /// Parts of the figure that lie apart were joined.
+    JoinedParts,
+    /// A line that encloses nothing was made a limb of some width.
+    LineAsLimb,
+    /// Elements that are not drawn (text, images) were not looked at.
     IgnoredElements,
 }
 
@@ -103,7 +111,19 @@ impl Fault {
 
 impl Warning {
     pub(super) fn new(code: WarningCode, detail: impl Into<String>) -> Self {
-        Self { code, detail: detail.into() }
+        Self { code, detail: detail.into(), point: None, bounds: None }
+    }
+}
+
+impl Warning {
+    /// The same warning of a point of the drawing.
+    pub(super) fn at(self, point: [f64; 2]) -> Self {
+        Self { point: Some(point), ..self }
+    }
+
+    /// The same warning of a box of the drawing.
+    pub(super) fn within(self, bounds: [[f64; 2]; 2]) -> Self {
+        Self { bounds: Some(bounds), ..self }
     }
 }
 

@@ -5,14 +5,14 @@ use std::ops::Range;
 use super::bitmap::Bitmap;
 
 /// The pieces that the set pixels of a picture make.
-pub(super) struct Pieces {
+pub struct Pieces {
     pub runs: Vec<Run>,
     /// Pixels per piece, in the order of first pixels.
     pub sizes: Vec<usize>,
 }
 
 /// A stretch of set pixels within a row.
-pub(super) struct Run {
+pub struct Run {
     pub y: usize,
     pub from: usize,
     pub to: usize,

@@ -154,6 +154,26 @@ impl Bitmap {
         Bitmap { words, ..*self }
     }
 
+    /// The pixels that are set in one of two pictures of one size.
+    pub fn or(&self, other: &Bitmap) -> Bitmap {
+        self.combined(other, |own, other| own | other)
+    }
+
+    /// The pixels that are set in both of two pictures of one size.
+    pub fn and(&self, other: &Bitmap) -> Bitmap {
+        self.combined(other, |own, other| own & other)
+    }
+
+    /// The pixels that are set here and not in another picture of the same size.
+    pub fn without(&self, other: &Bitmap) -> Bitmap {
+        self.combined(other, |own, other| own & !other)
+    }
+
+    fn combined(&self, other: &Bitmap, word: impl Fn(u64, u64) -> u64) -> Bitmap {
+        let words = self.words.iter().zip(&other.words).map(|(&own, &other)| word(own, other)).collect();
+        Bitmap { words, ..*self }
+    }
+
     fn complement_row(&self, y: usize) -> Vec<u64> {
         let mut row: Vec<u64> = self.row(y).iter().map(|word| !word).collect();
         trim(&mut row, self.width);

@@ -1,0 +1,231 @@
+//! What lines enclose.
+
+use super::Gap;
+use crate::raster::PixelBox;
+use crate::raster::bitmap::Bitmap;
+use crate::raster::enclosed::{filled, parts};
+use crate::raster::neighbourhood::{dilated, eroded, opened, rim};
+
+/// Width of the widest pen beside filled areas, in parts of the drawing's size.
+const WIDEST_PEN: f64 = 0.055;
+
+/// Width of the widest pen of a drawing that is lines only: icons have such.
+const WIDEST_LINE: f64 = 0.1;
+
+/// A drawing is lines only where no more than this share of it is thicker than 1.3 times its mean width.
+const UNEVEN: f64 = 0.25;
+
+/// A hole is one, and no inside of a line, where this share of its rim at least is thicker than any pen.
+const SOLID_RIM: f64 = 0.85;
+
+/// Holes of a smaller part of the figure than this are eyes and the like.
+const SMALL_HOLE: f64 = 0.005;
+
+/// Round ones are up to this part.
+const ROUND_HOLE: f64 = 0.025;
+
+/// Share of the disc over its longer side that a round hole takes.
+const ROUND: f64 = 0.8;
+
+/// Gaps that are closed, narrowest first, in parts of the drawing's size.
+const GAPS: [f64; 8] = [0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12];
+
+/// Gaps that are too wide to be closed, though one sees that a line was meant to be.
+const WIDE_GAPS: [f64; 2] = [0.15, 0.18];
+
+/// Share of the ink that may enclose nothing: a tail, whiskers.
+const LOOSE: f64 = 0.04;
+
+/// What encloses nothing is a line where it is so many times as long as the pen is wide.
+const LINE: f64 = 6.0;
+
+/// Share of a drawing's ink that is thin from which on it is a drawing of lines.
+const LINES: f64 = 0.5;
+
+/// Share of the rim of an area along which there is a line where the area was drawn by its outline.
+const OUTLINED: f64 = 0.7;
+
+/// And what lies deeper inside has no more than this share of the line's darkness: it is not all of a dark texture.
+const DARK_INSIDE: f64 = 0.4;
+
+/// Gaps that are closed in what is as narrow itself.
+const NARROW_GAP: f64 = 0.045;
+
+/// Share of a drawing's ink that encloses nothing from which on it is not the drawing of an outline.
+const STICKS: f64 = 0.5;
+
+/// Share of the line round an area that encloses nothing else from which on the line is there for this area.
+const NEW_LINE: f64 = 0.25;
+
+/// Width of a limb that is drawn as a line, in parts of the drawing's size.
+const LIMB: f64 = 0.035;
+
+/// The areas that a drawing shows.
+pub(super) struct Body {
+    /// What is covered, limbs that are lines made wider.
+    pub area: Bitmap,
+    /// Gaps that were closed.
+    pub gaps: Vec<Gap>,
+    /// Lines that enclose nothing and were made limbs.
+    pub limbs: Bitmap,
+    /// How much of the line round the figure lies outside of its outline, in pixels.
+    pub rim: f64,
+}
+
+/// The ink of a drawing, its size in pixels, and what in it is line.
+struct Lines<'a> {
+    ink: &'a Bitmap,
+    size: f64,
+    /// Ink that is thin.
+    thin: Bitmap,
+    /// How wide it is, in pixels.
+    pen: f64,
+}
+
+/// What the ink shows; it is framed by as many empty pixels as the widest gap takes. `dark` is the part of it that is a
+/// pen's, where fills are lighter.
+///
+/// # Errors
+/// The gap through which a line that should enclose the figure is open.
+pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> {
+    let lines = Lines::of(ink, size);
+    let (mut area, true_holes) = lines.with_insides();
+    let mut gaps = Vec::new();
+    let mut loose = lines.loose(&area);
+    let widest = 0.5 * WIDE_GAPS[1] * size;
+    let is_closed = lines.pockets(&area.or(&true_holes), &loose, widest, lines.room(0.0)).is_empty();
+    for gap in GAPS {
+        if is_closed || loose.area() as f64 <= LOOSE * ink.area() as f64 {
+            break;
+        }
+        for (pocket, gap) in
+            lines.pockets(&area.or(&true_holes), &loose, 0.5 * gap * size, lines.room(0.5 * gap * size))
+        {
+            area = area.or(&pocket);
+            gaps.push(gap);
+        }
+        loose = lines.loose(&area);
+    }
+    if loose.area() as f64 > STICKS * ink.area() as f64 {
+        for gap in WIDE_GAPS {
+            let pockets = lines.pockets(&area.or(&true_holes), &loose, 0.5 * gap * size, lines.room(0.5 * gap * size));
+            let Some(&(_, gap)) = pockets.first() else { continue };
+            let enclosed = pockets.iter().fold(area.clone(), |area, (pocket, _)| area.or(pocket));
+            if lines.loose(&enclosed).area() as f64 <= 0.25 * ink.area() as f64 {
+                return Err(gap);
+            }
+        }
+    }
+    if lines.thin.area() as f64 >= LINES * ink.area() as f64 {
+        // What is left of a hand or a foot whose line is open is too narrow for the discs that found the rest.
+        for (pocket, gap) in lines.pockets(&area.or(&true_holes), &loose, 0.5 * NARROW_GAP * size, 0.25 * lines.pen) {
+            area = area.or(&pocket);
+            gaps.push(gap);
+        }
+        loose = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
+    } else {
+        loose = Bitmap::new(ink.width(), ink.height());
+    }
+    let rim = outlining_pen(&area.or(&true_holes), dark, size).map_or(0.0, |pen| 0.5 * pen);
+    let area = if rim > 0.0 { to_mid_line(&area, rim) } else { area };
+    Ok(Body { area: area.or(&loose).without(&true_holes), gaps, limbs: loose, rim })
+}
+
+/// An area without the outer half of the line round it, which is so wide; what is hardly wider than the line stays.
+fn to_mid_line(area: &Bitmap, half_pen: f64) -> Bitmap {
+    let thick = opened(area, 1.5 * half_pen + 0.5);
+    let thin = opened(&area.without(&thick), 0.6 * half_pen);
+    eroded(&thick, half_pen).or(&dilated(&thin, 1.2 * half_pen + 1.5).and(area))
+}
+
+/// The width of the line along the rim of an area; none where there is no line along most of it.
+fn outlining_pen(area: &Bitmap, dark: &Bitmap, size: f64) -> Option<f64> {
+    let thin = dark.without(&dilated(&opened(dark, 0.5 * WIDEST_PEN * size), 1.5));
+    let edge = area.without(&eroded(area, 1.0));
+    let lined = edge.and(&dilated(&thin, 2.0)).area() as f64;
+    let is_outlined = lined >= OUTLINED * edge.area() as f64;
+    let inside = eroded(area, WIDEST_PEN * size);
+    let is_line = inside.and(dark).area() as f64 <= DARK_INSIDE * inside.area() as f64;
+    (is_outlined && is_line).then(|| 2.0 * thin.area() as f64 / rim(&thin).max(1) as f64)
+}
+
+impl<'a> Lines<'a> {
+    fn of(ink: &'a Bitmap, size: f64) -> Lines<'a> {
+        let mean_width = 2.0 * ink.area() as f64 / rim(ink).max(1) as f64;
+        let is_even = opened(ink, 0.65 * mean_width).area() as f64 <= UNEVEN * ink.area() as f64;
+        if is_even && mean_width <= WIDEST_LINE * size {
+            return Lines { ink, size, thin: ink.clone(), pen: mean_width };
+        }
+        let solid = dilated(&opened(ink, 0.5 * WIDEST_PEN * size), 1.5);
+        let thin = ink.without(&solid);
+        let pen = 2.0 * thin.area() as f64 / rim(&thin).max(1) as f64;
+        Lines { ink, size, thin, pen }
+    }
+
+    /// The ink with what it encloses, and its true holes.
+    fn with_insides(&self) -> (Bitmap, Bitmap) {
+        let whole = filled(self.ink);
+        let least = SMALL_HOLE * whole.area() as f64;
+        let solid = self.ink.without(&self.thin);
+        let mut true_holes = Bitmap::new(whole.width(), whole.height());
+        for hole in parts(&whole.without(self.ink), least as usize) {
+            let rim = dilated(&hole, 2.0).and(self.ink);
+            let is_solid = rim.and(&solid).area() as f64 >= SOLID_RIM * rim.area() as f64;
+            let is_eye = is_round(&hole) && hole.area() as f64 <= ROUND_HOLE * whole.area() as f64;
+            if is_solid && !is_eye {
+                true_holes = true_holes.or(&hole);
+            }
+        }
+        (whole.without(&true_holes), true_holes)
+    }
+
+    /// Thin ink that is not beside an area thicker than a line.
+    fn loose(&self, area: &Bitmap) -> Bitmap {
+        let thick = opened(area, 0.75 * self.pen + 0.5);
+        let loose = self.thin.without(&dilated(&thick, self.pen + 1.0));
+        let least = LINE * self.pen * self.pen;
+        parts(&loose, least as usize).iter().fold(Bitmap::new(loose.width(), loose.height()), |all, part| all.or(part))
+    }
+
+    /// What a pocket has room for, if not just the disc that closes gaps fills a corner there.
+    fn room(&self, radius: f64) -> f64 {
+        (0.75 * self.pen + 0.5).max(1.05 * radius)
+    }
+
+    /// What would be enclosed were gaps of up to twice `radius` closed, where the line round it is there for that: the
+    /// areas into which a disc of radius `room` goes, and their gaps.
+    fn pockets(&self, area: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<(Bitmap, Gap)> {
+        let sealed = eroded(&filled(&dilated(area, radius)), radius).or(area);
+        let near_loose = dilated(loose, 2.0);
+        let least = (self.pen * self.pen).max(4.0) as usize;
+        let mut pockets = Vec::new();
+        for pocket in parts(&sealed.without(area), least) {
+            if eroded(&pocket, room).area() == 0 {
+                continue;
+            }
+            let line = dilated(&pocket, 2.0).and(&self.thin);
+            if line.and(&near_loose).area() as f64 >= NEW_LINE * line.area() as f64 {
+                let gap = gap(&pocket, area);
+                pockets.push((pocket, Gap { width: gap.width.min(2.0 * radius), ..gap }));
+            }
+        }
+        pockets
+    }
+}
+
+fn is_round(hole: &Bitmap) -> bool {
+    let side = PixelBox::of(hole).map_or(0, PixelBox::side) as f64;
+    hole.area() as f64 >= ROUND * std::f64::consts::FRAC_PI_4 * side * side
+}
+
+/// Where a pocket would be open: the longest piece of its rim along which there is no ink.
+fn gap(pocket: &Bitmap, area: &Bitmap) -> Gap {
+    let sealed = area.or(pocket);
+    let open = sealed.without(&eroded(&sealed, 1.0)).without(&dilated(area, 1.0)).and(pocket);
+    let longest = parts(&open, 1).into_iter().next();
+    let bounds = longest.as_ref().and_then(PixelBox::of).or_else(|| PixelBox::of(pocket));
+    bounds.map_or(Gap { place: [0.0; 2], width: 0.0 }, |bounds| Gap {
+        place: bounds.centre(),
+        width: bounds.side() as f64,
+    })
+}

@@ -1,0 +1,106 @@
+//! The figures of a drawing: which of its parts belong together.
+
+use crate::raster::PixelBox;
+use crate::raster::bitmap::Bitmap;
+use crate::raster::distance::squared;
+use crate::raster::enclosed::parts;
+use crate::raster::neighbourhood::dilated;
+
+/// Parts of less than this share of the largest are specks.
+const SPECK: f64 = 0.003;
+
+/// A part is joined over a gap of this part of the drawing's size however large both are: a white line.
+const WHITE_LINE: f64 = 0.03;
+
+/// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head.
+const OF_PART: f64 = 0.6;
+const OF_FIGURE: f64 = 0.2;
+
+/// Share of a figure's area up to which something beside it is a part of it.
+const LARGEST_PART: f64 = 0.5;
+
+/// What has less than this share of the largest figure's area is no figure.
+const SMALLEST_FIGURE: f64 = 0.1;
+
+/// How far a neck reaches round the shortest way, in parts of the side of the smaller part.
+const NECK: f64 = 0.02;
+
+/// A part below a figure, this many times as wide as high, is a shadow or the floor.
+const FLAT: usize = 4;
+
+/// A figure: its area with the necks between its parts.
+pub(super) struct Figure {
+    pub area: Bitmap,
+    /// What was drawn in to join parts.
+    pub necks: Vec<Bitmap>,
+}
+
+/// The figures that areas make in a drawing of this size, largest first. The lines round them are wider by `rim` than what is
+/// seen of them here.
+pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
+    let mut rest = parts(area, 1);
+    let least = SPECK * rest.first().map_or(0, Bitmap::area) as f64;
+    rest.retain(|part| part.area() as f64 >= least);
+    let mut figures = Vec::new();
+    while !rest.is_empty() {
+        let seed = rest.remove(0);
+        let largest = figures.iter().map(|figure: &Figure| figure.area.area()).max().unwrap_or(0);
+        if (seed.area() as f64) < SMALLEST_FIGURE * largest as f64 {
+            continue;
+        }
+        let mut figure = Figure { area: seed, necks: Vec::new() };
+        figure.join(&mut rest, size, rim);
+        figures.push(figure);
+    }
+    figures.sort_by_key(|figure| std::cmp::Reverse(figure.area.area()));
+    figures
+}
+
+impl Figure {
+    /// Takes out of `rest` what belongs to the figure, nearest first.
+    fn join(&mut self, rest: &mut Vec<Bitmap>, size: f64, rim: f64) {
+        let mut nearest: Vec<f64>;
+        loop {
+            let width = self.area.width();
+            let distances = squared(&self.area);
+            let gap = |part: &Bitmap| {
+                let runs = (0..part.height()).flat_map(|y| part.runs(y).map(move |run| (y, run)));
+                let least =
+                    runs.map(|(y, run)| distances[y * width..][run].iter().copied().fold(f32::INFINITY, f32::min));
+                f64::from(least.fold(f32::INFINITY, f32::min)).sqrt()
+            };
+            nearest = rest.iter().map(gap).collect();
+            let mut order: Vec<usize> = (0..rest.len()).collect();
+            order.sort_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
+            let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * rim, size)) else {
+                return;
+            };
+            let part = rest.remove(next);
+            let neck = neck(&self.area, &part, nearest[next]);
+            self.area = self.area.or(&part).or(&neck);
+            self.necks.push(neck);
+        }
+    }
+
+    fn owns(&self, part: &Bitmap, gap: f64, size: f64) -> bool {
+        let (Some(own), Some(other)) = (PixelBox::of(&self.area), PixelBox::of(part)) else { return false };
+        let is_floor = other.low[1] + other.height() / 2 > own.high[1] - own.height() / 10
+            && other.width() > FLAT * other.height()
+            && 3 * other.width() > own.width();
+        if is_floor {
+            return false;
+        }
+        let is_small = part.area() as f64 <= LARGEST_PART * self.area.area() as f64;
+        gap <= WHITE_LINE * size
+            || is_small
+                && gap <= OF_PART * other.side() as f64
+                && gap <= OF_FIGURE * own.side().max(other.side()) as f64
+    }
+}
+
+/// What lies nearly on the shortest ways between a figure and a part of it that are so far apart.
+fn neck(figure: &Bitmap, part: &Bitmap, gap: f64) -> Bitmap {
+    let side = (part.area() as f64).sqrt();
+    let reach = gap + (NECK * side).max(1.5);
+    dilated(figure, reach).and(&dilated(part, reach)).without(figure).without(part)
+}

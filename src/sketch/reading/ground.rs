@@ -1,0 +1,275 @@
+//! The ground a figure is drawn on, and how much every pixel differs from it.
+
+use super::Sheet;
+use crate::raster::bitmap::Bitmap;
+use crate::raster::pieces::Pieces;
+
+/// Colours of neighbours differ by no more within a ground, in 255ths; shades and soft shadows change more slowly.
+const STEADY: u8 = 12;
+
+/// Side of the blocks for which the colour of the ground is told, in pixels.
+const BLOCK: usize = 16;
+
+/// How far the edge between two grounds reaches, in pixels, and how far its colours may lie off those between the two.
+const EDGE: usize = 3;
+const OFF_EDGE: f32 = 1.25;
+
+/// How far from a corner of the sheet its ground is looked for, in parts of the sheet's side.
+const CORNER: f64 = 0.02;
+
+/// The ground of a sheet.
+pub(super) struct Ground {
+    /// What is joined with a corner of the sheet without an edge between.
+    pub seen: Bitmap,
+    /// How much each pixel differs from the ground, row by row, in 255ths; 0 off the sheet.
+    pub contrast: Vec<u8>,
+    /// How much lighter or darker each is, in 255ths.
+    pub shade: Vec<u8>,
+    /// What equal pixels differ by, in 255ths.
+    pub noise: u8,
+}
+
+impl Ground {
+    pub fn of(colours: &[[u8; 3]], sheet: &Sheet) -> Ground {
+        let (width, height) = (sheet.area.width(), sheet.area.height());
+        let noise = noise(colours, sheet);
+        let smoothed;
+        let colours = if noise > 1 {
+            smoothed = smoothed_colours(colours, width, height);
+            &smoothed
+        } else {
+            colours
+        };
+        let steady = steady(colours, sheet, STEADY.max(noise.saturating_mul(2)));
+        let pieces = joined_with_corners(&steady, sheet);
+        let mut seen = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(piece));
+        let plain: Vec<[u8; 3]> = pieces.iter().filter_map(|piece| one_colour(colours, piece)).collect();
+        let blocks = Blocks::of(colours, &seen);
+        let (mut contrast, mut shade) = (vec![0; colours.len()], vec![0; colours.len()]);
+        for y in 0..height {
+            for run in sheet.area.runs(y) {
+                for x in run {
+                    let colour = colours[y * width + x];
+                    let around = blocks.colour(x, y);
+                    let grounds = plain.iter().copied().chain([around]);
+                    let ground = grounds.min_by_key(|&ground| apart(colour, ground)).unwrap_or(around);
+                    contrast[y * width + x] = apart(colour, ground);
+                    shade[y * width + x] = lightness(colour).abs_diff(lightness(ground));
+                }
+            }
+        }
+        if plain.len() > 1 {
+            seen = seen.or(&edges(colours, &seen));
+        }
+        Ground { seen, contrast, shade, noise }
+    }
+}
+
+/// The brightness of a colour, in 255ths, by the weights of ITU-R BT.601.
+fn lightness([r, g, b]: [u8; 3]) -> u8 {
+    ((77 * u32::from(r) + 150 * u32::from(g) + 29 * u32::from(b)) >> 8) as u8
+}
+
+/// The mean colour of a piece of ground where it has one colour throughout.
+fn one_colour(colours: &[[u8; 3]], piece: &Bitmap) -> Option<[u8; 3]> {
+    let width = piece.width();
+    let (mut sums, mut low, mut high, mut n) = ([0u64; 3], [255; 3], [0; 3], 0);
+    for y in 0..piece.height() {
+        for x in piece.runs(y).flatten() {
+            let colour = colours[y * width + x];
+            n += 1;
+            for i in 0..3 {
+                sums[i] += u64::from(colour[i]);
+                low[i] = colour[i].min(low[i]);
+                high[i] = colour[i].max(high[i]);
+            }
+        }
+    }
+    (n > 0 && apart(low, high) <= 4 * STEADY).then(|| sums.map(|sum| (sum / n) as u8))
+}
+
+/// The pixels between two grounds of different colours that are a mixture of both.
+fn edges(colours: &[[u8; 3]], seen: &Bitmap) -> Bitmap {
+    let (width, height) = (seen.width(), seen.height());
+    let mut edges = Bitmap::new(width, height);
+    let is_mixed = |at: usize, [a, b]: [usize; 2]| {
+        let [own, a, b] = [at, a, b].map(|at| colours[at]);
+        let whole = f32::from(apart(a, b));
+        whole > f32::from(2 * STEADY) && f32::from(apart(own, a)) + f32::from(apart(own, b)) <= OFF_EDGE * whole
+    };
+    for y in EDGE..height.saturating_sub(EDGE) {
+        for x in (EDGE..width.saturating_sub(EDGE)).filter(|&x| !seen.get(x, y)) {
+            let at = y * width + x;
+            let on = |steps: [[usize; 2]; EDGE]| {
+                steps.into_iter().find(|&[x, y]| seen.get(x, y)).map(|[x, y]| y * width + x)
+            };
+            let step = |k: usize| k + 1;
+            let [left, right] =
+                [on(std::array::from_fn(|k| [x - step(k), y])), on(std::array::from_fn(|k| [x + step(k), y]))];
+            let [above, below] =
+                [on(std::array::from_fn(|k| [x, y - step(k)])), on(std::array::from_fn(|k| [x, y + step(k)]))];
+            let across = [[left, right], [above, below]];
+            if across.into_iter().any(|ends| matches!(ends, [Some(a), Some(b)] if is_mixed(at, [a, b]))) {
+                edges.set(x, y);
+            }
+        }
+    }
+    edges
+}
+
+/// The largest difference of two colours in a channel.
+fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
+    a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
+}
+
+/// The median difference of pixels beside each other.
+fn noise(colours: &[[u8; 3]], sheet: &Sheet) -> u8 {
+    let width = sheet.area.width();
+    let mut counts = [0usize; 256];
+    for y in (0..sheet.area.height()).step_by(4) {
+        for run in sheet.area.runs(y) {
+            for x in run.clone().skip(1) {
+                counts[usize::from(apart(colours[y * width + x], colours[y * width + x - 1]))] += 1;
+            }
+        }
+    }
+    let half = counts.iter().sum::<usize>() / 2;
+    let mut passed = 0;
+    let median = counts.iter().position(|&count| {
+        passed += count;
+        passed > half
+    });
+    median.unwrap_or(0) as u8
+}
+
+/// Every colour the mean of the nine around it.
+fn smoothed_colours(colours: &[[u8; 3]], width: usize, height: usize) -> Vec<[u8; 3]> {
+    let sum = |a: [u16; 3], b: [u16; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+    let across = |y: usize| -> Vec<[u16; 3]> {
+        let row = &colours[y * width..][..width];
+        let at = |x: usize| row[x].map(u16::from);
+        (0..width).map(|x| sum(sum(at(x.saturating_sub(1)), at(x)), at((x + 1).min(width - 1)))).collect()
+    };
+    let mut rows = [across(0), across(0), across(1.min(height - 1))];
+    let mut smoothed = Vec::with_capacity(colours.len());
+    for y in 0..height {
+        smoothed
+            .extend((0..width).map(|x| sum(sum(rows[0][x], rows[1][x]), rows[2][x]).map(|value| (value / 9) as u8)));
+        rows.rotate_left(1);
+        rows[2] = across((y + 2).min(height - 1));
+    }
+    smoothed
+}
+
+/// The pixels of the sheet whose neighbours on both sides have about one colour.
+fn steady(colours: &[[u8; 3]], sheet: &Sheet, most: u8) -> Bitmap {
+    let (width, height) = (sheet.area.width(), sheet.area.height());
+    let mut steady = Bitmap::new(width, height);
+    for y in 0..height {
+        let [above, own, below] =
+            [y.saturating_sub(1), y, (y + 1).min(height - 1)].map(|y| &colours[y * width..][..width]);
+        for run in sheet.area.runs(y) {
+            for x in run {
+                let beside = apart(own[x.saturating_sub(1)], own[(x + 1).min(width - 1)]);
+                if beside <= most && apart(above[x], below[x]) <= most {
+                    steady.set(x, y);
+                }
+            }
+        }
+    }
+    steady
+}
+
+/// The pieces of what is steady that lie in the corners of the sheet.
+fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
+    let pieces = Pieces::of(steady, false);
+    let reach = CORNER * steady.width().max(steady.height()) as f64;
+    let mut chosen = Vec::new();
+    for [right, down] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+        let depth = |x: usize, y: usize| right * x as f64 + down * y as f64;
+        let deepest = |from: usize, to: usize, y: usize| depth(from, y).max(depth(to - 1, y));
+        let rows = (0..steady.height()).flat_map(|y| sheet.area.runs(y).map(move |run| (y, run)));
+        let corner = rows.map(|(y, run)| deepest(run.start, run.end, y)).fold(f64::NEG_INFINITY, f64::max);
+        let mut sizes = vec![0usize; pieces.sizes.len()];
+        for run in &pieces.runs {
+            if deepest(run.from, run.to, run.y) >= corner - 2.0 * reach {
+                sizes[run.piece] += run.to - run.from;
+            }
+        }
+        // The largest of those that come near.
+        let near = (0..sizes.len()).filter(|&piece| sizes[piece] > 0);
+        chosen.extend(
+            near.max_by_key(|&piece| sizes[piece])
+                .filter(|piece| !chosen.contains(piece))
+                .into_iter()
+                .collect::<Vec<_>>(),
+        );
+    }
+    let mut grounds = vec![Bitmap::new(steady.width(), steady.height()); chosen.len()];
+    for run in &pieces.runs {
+        if let Some(k) = chosen.iter().position(|&piece| piece == run.piece) {
+            grounds[k].fill(run.y, run.from, run.to, true);
+        }
+    }
+    grounds
+}
+
+/// The mean colour of the ground by blocks; where none is seen that of a larger block around.
+struct Blocks {
+    levels: Vec<Level>,
+}
+
+/// Blocks of one size: how many pixels of ground each has, and the sums of their colours.
+struct Level {
+    columns: usize,
+    rows: usize,
+    sums: Vec<[u64; 4]>,
+}
+
+impl Blocks {
+    fn of(colours: &[[u8; 3]], seen: &Bitmap) -> Blocks {
+        let (width, height) = (seen.width(), seen.height());
+        let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+        let mut finest = Level { columns, rows, sums: vec![[0; 4]; columns * rows] };
+        for y in 0..height {
+            for run in seen.runs(y) {
+                for x in run {
+                    finest.add(x / BLOCK, y / BLOCK, 1, colours[y * width + x].map(u64::from));
+                }
+            }
+        }
+        let mut levels = vec![finest];
+        while let Some(fine) = levels.last().filter(|level| level.sums.len() > 1) {
+            let (columns, rows) = (fine.columns.div_ceil(2), fine.rows.div_ceil(2));
+            let mut coarse = Level { columns, rows, sums: vec![[0; 4]; columns * rows] };
+            for (i, &[r, g, b, n]) in fine.sums.iter().enumerate() {
+                coarse.add(i % fine.columns / 2, i / fine.columns / 2, n, [r, g, b]);
+            }
+            levels.push(coarse);
+        }
+        Blocks { levels }
+    }
+
+    /// The colour of the ground about a pixel; white where no ground is seen at all.
+    fn colour(&self, x: usize, y: usize) -> [u8; 3] {
+        let (mut column, mut row) = (x / BLOCK, y / BLOCK);
+        for level in &self.levels {
+            let [r, g, b, n] = level.sums[row * level.columns + column];
+            if n > 0 {
+                return [r, g, b].map(|sum| (sum / n) as u8);
+            }
+            (column, row) = (column / 2, row / 2);
+        }
+        [255; 3]
+    }
+}
+
+impl Level {
+    fn add(&mut self, column: usize, row: usize, pixels: u64, [r, g, b]: [u64; 3]) {
+        debug_assert!(row < self.rows);
+        let sums = &mut self.sums[row * self.columns + column];
+        for (sum, value) in sums.iter_mut().zip([r, g, b, pixels]) {
+            *sum += value;
+        }
+    }
+}

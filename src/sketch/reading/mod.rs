@@ -1,0 +1,175 @@
+//! What a drawing shows: the figure that a viewer sees in it, whatever it was drawn with and whatever form it has.
+//!
+//! A [`canvas::Canvas`] is looked at as people do. A [`sheet`] has a [`ground`]; what differs from it is [`ink`]. Thin ink
+//! is a line and stands for what it encloses ([`enclosure`]), all else for itself. Parts that belong together make a figure
+//! ([`figures`]), and the lines round it are its [`outline`]. Whatever was mended or left out is a [`notes::Note`].
+
+pub(crate) mod canvas;
+mod enclosure;
+mod figures;
+mod ground;
+mod ink;
+mod notes;
+mod outline;
+mod sheet;
+
+use canvas::Canvas;
+use enclosure::Body;
+use figures::Figure;
+use ground::Ground;
+use ink::{Drawn, Ink};
+use sheet::Sheet;
+
+use super::SeenFigure;
+use super::outline::Drawing;
+use super::refusal::{Fault, Refusal, Warning};
+use crate::raster::PixelBox;
+use crate::raster::bitmap::Bitmap;
+use crate::raster::enclosed::{filled, parts};
+use crate::raster::neighbourhood::dilated;
+
+/// Empty pixels round what is drawn: more than half of the widest gap takes, which is 18 % of at most 672 pixels.
+const FRAME: usize = 63;
+
+/// Sheets that may lie on each other: a window on a desk, a picture in it, its frame.
+const MOST_SHEETS: usize = 4;
+
+/// What is drawn farther from the rest than this part of the drawing's size is looked at by itself.
+const APART: f64 = 0.08;
+
+/// What is smaller than this share of the largest of such drawings is no drawing, but a spot.
+const SPOT: f64 = 0.02;
+
+/// A figure of fewer pixels has no shape to speak of.
+const SMALLEST_FIGURE: usize = 100;
+
+/// A line that was open: where, and how far, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Gap {
+    place: [f64; 2],
+    width: f64,
+}
+
+/// What is seen on a canvas. All pictures have a frame of [`FRAME`] pixels round the canvas.
+pub(crate) struct Reading {
+    /// Largest first; at least one.
+    figures: Vec<Figure>,
+    /// All that is drawn.
+    ink: Bitmap,
+    gaps: Vec<Gap>,
+    /// Lines that enclose nothing and were made limbs.
+    limbs: Bitmap,
+    /// How much of the lines round figures lies outside of their outlines, in pixels.
+    rim: f64,
+    /// Frames and papers that what is drawn lies on.
+    sheets: Vec<PixelBox>,
+    /// The outermost pixels of the sheet.
+    border: Bitmap,
+}
+
+impl Reading {
+    /// What a viewer sees on the canvas.
+    ///
+    /// # Errors
+    /// A blank canvas; a scene without a ground; a line that stays open, with its place.
+    pub fn of(canvas: &Canvas) -> Result<Reading, Refusal> {
+        let colours = canvas.on_page();
+        let mut sheet = Sheet::whole(canvas.width, canvas.height);
+        let mut sheets = Vec::new();
+        let mut drawn = drawn_on(&colours, &sheet);
+        while sheets.len() < MOST_SHEETS
+            && let Drawn::Ink(ink) | Drawn::Scene(ink) = &drawn
+            && let Some((upon, bounds)) = sheet.upon(&ink.all)
+        {
+            let inner = drawn_on(&colours, &upon);
+            if !matches!(inner, Drawn::Ink(_)) {
+                break;
+            }
+            sheets.push(bounds);
+            (sheet, drawn) = (upon, inner);
+        }
+        let ink = match drawn {
+            Drawn::Ink(ink) => ink,
+            Drawn::Nothing => return Err(Refusal::plain(BLANK)),
+            Drawn::Scene(_) => return Err(Refusal::plain(SCENE)),
+        };
+        let border = sheet.border(1.0).framed(FRAME);
+        let ink = Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME) };
+        let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
+        let figures = figures::figures(&body.area, size, body.rim);
+        let largest = figures.first().map_or(0, |figure| figure.area.area());
+        if largest < SMALLEST_FIGURE {
+            let detail = format!("the largest figure has {largest} pixels; at least {SMALLEST_FIGURE} are needed");
+            return Err(Refusal::plain(detail));
+        }
+        Ok(Reading { figures, ink: ink.all, gaps: body.gaps, limbs: body.limbs, rim: body.rim, sheets, border })
+    }
+
+    /// The outline of a figure, the largest being number 0, in the coordinates of the upload.
+    ///
+    /// # Errors
+    /// A contour of more than `max_points` points.
+    pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<Drawing, Refusal> {
+        outline::drawing(canvas, &self.figures[figure].area, max_points)
+            .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))
+    }
+
+    /// Where the figures are and how large, largest first.
+    pub fn figures(&self, canvas: &Canvas) -> Vec<SeenFigure> {
+        let of_pixel = (canvas.pixel[0] * canvas.pixel[1]).abs();
+        let seen = |figure: &Figure| {
+            PixelBox::of(&figure.area).map(|bounds| SeenFigure {
+                bounds: notes::upload_box(canvas, bounds),
+                area: figure.area.area() as f64 * of_pixel,
+            })
+        };
+        self.figures.iter().filter_map(seen).collect()
+    }
+
+    /// What was mended or left out on the way to a figure, and where.
+    pub fn warnings(&self, canvas: &Canvas, figure: usize) -> Vec<Warning> {
+        notes::warnings(self, canvas, figure)
+    }
+}
+
+const BLANK: &str = "nothing is drawn here: all of it has about one colour";
+
+const SCENE: &str = "this looks like a scene, not like a figure on a ground: what is drawn runs over the border nearly all \
+                     round; cut the figure out, or draw its outline";
+
+fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {
+    let [x, y] = notes::upload_point(canvas, place);
+    let width = width * canvas.pixel[0].max(canvas.pixel[1]);
+    let detail = format!("the line stays open, with a gap of {width:.1}, so that it encloses no figure; close it");
+    Refusal { faults: vec![Fault::plain(detail).at([x, y])] }
+}
+
+fn drawn_on(colours: &[[u8; 3]], sheet: &Sheet) -> Drawn {
+    ink::drawn(&Ground::of(colours, sheet), sheet)
+}
+
+/// What the ink shows, each drawing that lies apart looked at by itself, and the size of the largest, in pixels.
+fn body(ink: &Ink) -> Result<(Body, f64), Gap> {
+    let side = |area: &Bitmap| PixelBox::of(area).map_or(0, PixelBox::side) as f64;
+    let nothing = Bitmap::new(ink.all.width(), ink.all.height());
+    let mut whole = Body { area: nothing.clone(), gaps: Vec::new(), limbs: nothing, rim: 0.0 };
+    let (mut size, mut most) = (0.0_f64, 0);
+    for apart in parts(&dilated(&ink.all, 0.5 * APART * side(&ink.all)), 1) {
+        let own = ink.all.and(&apart);
+        most = most.max(own.area());
+        if (own.area() as f64) < SPOT * most as f64 {
+            whole.area = whole.area.or(&filled(&own));
+            continue;
+        }
+        size = size.max(side(&own));
+        let body = enclosure::body(&own, &ink.dark.and(&own), side(&own))?;
+        whole.area = whole.area.or(&body.area);
+        whole.limbs = whole.limbs.or(&body.limbs);
+        whole.gaps.extend(body.gaps);
+        whole.rim = whole.rim.max(body.rim);
+    }
+    Ok((whole, size))
+}
+
+#[cfg(test)]
+mod tests;

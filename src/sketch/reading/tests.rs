@@ -1,0 +1,273 @@
+use std::io::Cursor;
+
+use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::sketch::ring::signed_area;
+use crate::sketch::{Choice, Config, Imported, Refusal, Warning, WarningCode, from_picture, from_svg};
+
+/// A person with arms and legs apart, in a box of 300 × 400 at (50, 50).
+const PERSON: &str = "150 50 250 50 250 130 350 130 350 180 250 180 250 300 290 450 230 450 200 320 170 450 110 450 \
+                      150 300 150 180 50 180 50 130 150 130";
+
+fn svg(content: &str) -> Result<Imported, Refusal> {
+    let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 500">{content}</svg>"#);
+    from_svg(text.as_bytes(), Choice { vertices: 300, figure: 0 }, &Config::default())
+}
+
+fn area(read: Result<Imported, Refusal>) -> f64 {
+    read.unwrap().sketch.mesh().area()
+}
+
+/// The area of the person as it is filled.
+fn whole() -> f64 {
+    area(svg(&format!(r#"<polygon points="{PERSON}"/>"#)))
+}
+
+fn is_whole(read: Result<Imported, Refusal>) -> bool {
+    let ratio = area(read) / whole();
+    eprintln!("{ratio:.3} of the figure's area");
+    (0.96..1.04).contains(&ratio)
+}
+
+fn codes(read: &Imported) -> Vec<WarningCode> {
+    read.warnings.iter().map(|warning| warning.code).collect()
+}
+
+fn png(picture: RgbImage) -> Result<Imported, Refusal> {
+    let mut bytes = Cursor::new(Vec::new());
+    DynamicImage::ImageRgb8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
+    from_picture(bytes.get_ref(), Choice { vertices: 300, figure: 0 }, &Config::default())
+}
+
+/// The corners of the person.
+fn corners() -> Vec<[f64; 2]> {
+    let numbers: Vec<f64> = PERSON.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    numbers.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// Whether a point lies in the person, by the number of edges on its right.
+fn is_in_person([x, y]: [f64; 2]) -> bool {
+    let corners = corners();
+    let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+    edges.filter(|(p, q)| (p[1] > y) != (q[1] > y) && x < p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0])).count() % 2
+        == 1
+}
+
+/// The person in one colour on a ground, 400 × 500 pixels.
+fn person(colour: impl Fn(u32, u32) -> [u8; 3], ground: impl Fn(u32, u32) -> [u8; 3]) -> RgbImage {
+    RgbImage::from_fn(400, 500, |x, y| {
+        let inside = is_in_person([f64::from(x) + 0.5, f64::from(y) + 0.5]);
+        Rgb(if inside { colour(x, y) } else { ground(x, y) })
+    })
+}
+
+#[test]
+fn a_fill_is_its_figure_to_a_pixel() {
+    let area = signed_area(&corners()).abs();
+    assert!((whole() / area - 1.0).abs() < 0.01, "{} for {area}", whole());
+}
+
+#[test]
+fn a_line_is_what_it_encloses_whatever_the_pen() {
+    let line =
+        |pen: f64| svg(&format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="{pen}"/>"#));
+    for pen in [1.5, 4.0, 10.0] {
+        assert!(is_whole(line(pen)), "a pen of {pen}");
+    }
+    // Half of so wide a line is a third of the figure more.
+    assert!((area(line(20.0)) / whole() - 1.0).abs() < 0.12);
+    let filled = format!(r##"<polygon points="{PERSON}" fill="#fc8" stroke="black" stroke-width="8"/>"##);
+    assert!(is_whole(svg(&filled)));
+}
+
+#[test]
+fn a_fill_within_a_line_is_a_part_of_the_figure() {
+    let line = format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="4"/>"#);
+    for part in [r#"<circle cx="220" cy="90" r="8"/>"#, r##"<path fill="#c22" d="M150 180h100v120h-100z"/>"##] {
+        assert!(is_whole(svg(&format!("{line}{part}"))), "{part}");
+    }
+    // Where half of the figure is filled as darkly as the line is, the line counts in full.
+    let half = r##"<path fill="#229" d="M150 50h50v270l-30 130h-60l40-150z"/>"##;
+    assert!((area(svg(&format!("{line}{half}"))) / whole() - 1.04).abs() < 0.04);
+}
+
+#[test]
+fn gaps_are_closed_and_named() {
+    // Three strokes with gaps of 8 at (250, 240) and (200, 50), 2 % of the height.
+    let strokes =
+        "M204 50H250V130H350V180H250V236M250 244V300L290 450H230L200 320L170 450H110L150 300V180H50V130H150V50H196";
+    let read = svg(&format!(r#"<path d="{strokes}" fill="none" stroke="black" stroke-width="4"/>"#));
+    let warnings = read.as_ref().unwrap().warnings.clone();
+    let gaps: Vec<[f64; 2]> =
+        warnings.iter().filter(|w| w.code == WarningCode::ClosedGap).filter_map(|w| w.point).collect();
+    assert!(
+        gaps.iter().any(|&[x, y]| (x - 250.0).hypot(y - 240.0) < 8.0 || (x - 200.0).hypot(y - 50.0) < 8.0),
+        "{gaps:?}"
+    );
+    assert!(is_whole(read));
+}
+
+#[test]
+fn a_line_that_stays_open_is_refused_with_the_place() {
+    let open = "M150 100V300H330V100H186";
+    let refusal = svg(&format!(r#"<path d="{open}" fill="none" stroke="black" stroke-width="3"/>"#)).unwrap_err();
+    assert!(refusal.to_string().contains("stays open"), "{refusal}");
+    let [x, y] = refusal.faults[0].point.unwrap();
+    assert!((x - 168.0).abs() < 25.0 && (y - 100.0).abs() < 25.0, "{refusal}");
+}
+
+#[test]
+fn a_head_apart_is_joined() {
+    let body = "150 150 250 150 250 300 290 450 230 450 200 320 170 450 110 450 150 300";
+    let read = svg(&format!(r#"<circle cx="200" cy="95" r="40"/><polygon points="{body}"/>"#)).unwrap();
+    assert_eq!(codes(&read), [WarningCode::JoinedParts]);
+    let low = (0..read.sketch.mesh().positions().len()).map(|v| read.sketch.point(v)[1]).fold(f64::INFINITY, f64::min);
+    assert!((low - 55.0).abs() < 2.0, "{low}");
+}
+
+#[test]
+fn sticks_become_limbs() {
+    let sticks = r#"<path d="M200 150V320M120 200H280M200 320L140 460M200 320L260 460" fill="none" stroke="black" stroke-width="3"/>"#;
+    let read =
+        svg(&format!(r#"<circle cx="200" cy="110" r="40" fill="none" stroke="black" stroke-width="3"/>{sticks}"#));
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::LineAsLimb));
+    let head = std::f64::consts::PI * 40.0 * 40.0;
+    assert!(area(read) > head + 8.0 * (170.0 + 160.0 + 2.0 * 150.0));
+}
+
+#[test]
+fn of_two_figures_the_other_is_named() {
+    let two = r#"<rect x="20" y="100" width="100" height="300"/><rect x="260" y="80" width="120" height="320"/>"#;
+    let read = svg(two).unwrap();
+    let [warning] = &read.warnings[..] else { panic!("{:?}", read.warnings) };
+    assert_eq!(warning.code, WarningCode::OtherFigure);
+    let [low, high] = warning.bounds.unwrap();
+    assert!((low[0] - 20.0).abs() < 1.0 && (high[1] - 400.0).abs() < 1.0, "{warning:?}");
+    assert!((read.sketch.mesh().area() / (120.0 * 320.0) - 1.0).abs() < 0.01);
+    assert_eq!(read.figures.len(), 2);
+    assert_eq!(read.figures[1].bounds, [low, high]);
+    let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 500">{two}</svg>"#);
+    let other = |figure| from_svg(text.as_bytes(), Choice { vertices: 300, figure }, &Config::default());
+    assert!((area(other(1)) / (100.0 * 300.0) - 1.0).abs() < 0.01);
+    assert!(other(2).unwrap_err().to_string().contains("figure 2 was asked for; the drawing shows 2"));
+}
+
+#[test]
+fn true_holes_are_kept_and_eyes_are_filled() {
+    let disc = std::f64::consts::PI * 150.0 * 150.0;
+    let round = "M200 100A150 150 0 0 1 200 400A150 150 0 0 1 200 100Z";
+    let hole = "M180 180V320H220V180Z";
+    let read = svg(&format!(r#"<path d="{round}{hole}" fill-rule="evenodd"/>"#));
+    assert!((area(read) / (disc - 40.0 * 140.0) - 1.0).abs() < 0.01);
+    let eye = format!(r#"<path d="{round}"/><circle cx="140" cy="180" r="12" fill="white"/>"#);
+    assert!((area(svg(&eye)) / disc - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn what_is_hidden_is_not_seen() {
+    let person = format!(r#"<polygon points="{PERSON}"/>"#);
+    for hidden in [
+        r#"<rect width="400" height="500" opacity="0"/>"#,
+        r#"<g clip-path="url(#c)"><rect width="400" height="500"/></g><clipPath id="c"><rect width="1" height="1"/></clipPath>"#,
+        r##"<rect x="2" y="2" width="390" height="490" fill="#fff"/>"##,
+    ] {
+        assert!(is_whole(svg(&format!("{hidden}{person}"))), "{hidden}");
+    }
+    let over = r##"<rect x="100" y="300" width="200" height="180" fill="#fff"/>"##;
+    assert!(area(svg(&format!("{person}{over}"))) < 0.8 * whole());
+}
+
+#[test]
+fn a_white_figure_without_a_page_is_seen() {
+    assert!(is_whole(svg(&format!(r##"<polygon points="{PERSON}" fill="#fff"/>"##))));
+}
+
+#[test]
+fn colours_tell_the_figure_from_the_ground() {
+    let dark_below = |_, y| if y < 240 { [250, 214, 180] } else { [30, 30, 60] };
+    let white = |_, _| [255; 3];
+    assert!(is_whole(png(person(dark_below, white))));
+    assert!(is_whole(png(person(|_, _| [255, 240, 60], white))));
+    // About as bright as each other.
+    assert!(is_whole(png(person(|_, _| [200, 30, 30], |_, _| [10, 105, 10]))));
+    let sky_and_grass = |_, y| if y < 330 { [150, 200, 240] } else { [90, 160, 70] };
+    assert!(is_whole(png(person(|_, _| [120, 70, 30], sky_and_grass))));
+    let shade = |x: u32, y: u32| [(250 - x / 3) as u8 - (y / 20) as u8; 3];
+    assert!(is_whole(png(person(|_, _| [20; 3], shade))));
+}
+
+#[test]
+fn frames_and_papers_are_not_the_figure() {
+    let frame = |x: u32, y: u32| if x < 8 || y < 8 || x >= 392 || y >= 492 { [0; 3] } else { [255; 3] };
+    let table = |x: u32, y: u32| if x < 30 || y < 25 || x >= 380 || y >= 480 { [60, 50, 45] } else { [235, 232, 228] };
+    for ground in [frame, table] {
+        let read = png(person(|_, _| [20; 3], ground));
+        assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
+        assert!(is_whole(read));
+    }
+    let squares = |x: u32, y: u32| if x % 20 == 0 || y % 20 == 0 { [190, 200, 225] } else { [255; 3] };
+    assert!(is_whole(png(person(|_, _| [20; 3], squares))));
+}
+
+#[test]
+fn a_scene_and_a_blank_are_refused_in_words() {
+    let mut source = ChaCha8Rng::seed_from_u64(5);
+    let texture: Vec<u8> = (0..25 * 20).map(|_| source.random_range(0..=255)).collect();
+    let scene = RgbImage::from_fn(400, 500, |x, y| {
+        let value = texture[(y / 20 * 20 + x / 20) as usize];
+        Rgb([value, 255 - value, value / 2 + (x % 20) as u8])
+    });
+    assert!(png(scene).unwrap_err().to_string().contains("scene"));
+    assert!(png(RgbImage::from_pixel(300, 300, Rgb([240; 3]))).unwrap_err().to_string().contains("one colour"));
+}
+
+#[test]
+fn an_embedded_image_is_named() {
+    let image = r#"<image width="10" height="10" href="data:image/png;base64,iVBORw0KGgo="/>"#;
+    assert!(svg(image).unwrap_err().to_string().contains("embedded image"));
+}
+
+#[test]
+fn all_that_is_left_out_has_its_box() {
+    let stray = [[20, 20, 60, 30], [330, 420, 380, 470], [20, 440, 30, 490]];
+    let spots = |x: u32, y: u32| stray.iter().any(|&[l, t, r, b]| (l..r).contains(&x) && (t..b).contains(&y));
+    let read = png(person(|_, _| [20; 3], |x, y| if spots(x, y) { [0; 3] } else { [255; 3] })).unwrap();
+    for [left, top, right, bottom] in stray.map(|corners| corners.map(f64::from)) {
+        let is_named = |warning: &Warning| {
+            warning.bounds.is_some_and(|[low, high]| {
+                low[0] <= left + 2.0 && low[1] <= top + 2.0 && high[0] >= right - 2.0 && high[1] >= bottom - 2.0
+            })
+        };
+        assert!(read.warnings.iter().any(is_named), "{:?}", read.warnings);
+    }
+}
+
+/// A JPEG with an Exif segment that says how it is to be turned.
+fn turned(orientation: u8) -> Vec<u8> {
+    let picture =
+        GrayImage::from_fn(300, 200, |x, y| Luma([if x < 150 && y < 100 && x > 20 && y > 20 { 0 } else { 255 }]));
+    let mut bytes = Cursor::new(Vec::new());
+    DynamicImage::ImageLuma8(picture).write_to(&mut bytes, ImageFormat::Jpeg).unwrap();
+    let entry = [1, 18, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0];
+    let tiff = [&b"MM\0\x2a\0\0\0\x08\0\x01"[..], &entry, &[0; 4]].concat();
+    let segment = [&b"Exif\0\0"[..], &tiff].concat();
+    let length = (segment.len() + 2) as u16;
+    let bytes = bytes.into_inner();
+    [&bytes[..2], &[0xff, 0xe1], &length.to_be_bytes(), &segment, &bytes[2..]].concat()
+}
+
+#[test]
+fn a_picture_is_read_as_it_is_shown() {
+    let corner = |orientation: u8| {
+        let sketch =
+            from_picture(&turned(orientation), Choice { vertices: 60, figure: 0 }, &Config::default()).unwrap().sketch;
+        let points = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v));
+        points.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])]).map(f64::round)
+    };
+    assert_eq!(corner(1), [21.0, 21.0]);
+    assert_eq!(corner(3), [150.0, 100.0]);
+    assert_eq!(corner(6), [100.0, 21.0]);
+    assert_eq!(corner(8), [21.0, 150.0]);
+}
