@@ -15,9 +15,9 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
-use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::{Summary, summary};
-use crate::mesh::formats::{Format, Limits};
+use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::formats::{Format, Limits, foreign};
 use crate::mesh::refusal::{Refusal, Warning};
 use crate::mesh::validation::{Imported, import};
 use crate::store::Kind;
@@ -48,7 +48,7 @@ pub struct UploadQuery {
 #[utoipa::path(
     post, path = "/v1/meshes", tag = "meshes",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
-    request_body(description = "OBJ, OFF, PLY, STL or GLB", content(
+    request_body(description = "OBJ, OFF, PLY, STL, GLB or glTF with its data in it", content(
         ("application/octet-stream"), ("model/obj"), ("model/stl"), ("model/gltf-binary"), ("multipart/form-data"),
     )),
     responses(
@@ -78,7 +78,7 @@ pub async fn upload(
 }
 
 /// The mesh beside its measures.
-fn measured(Imported { mesh, warnings }: Imported) -> (TriangleMesh, MeshMeasures) {
+fn measured(Imported { mesh, warnings }: Imported) -> (FileMesh, MeshMeasures) {
     let summary = summary(&mesh);
     (mesh, MeshMeasures { summary, warnings })
 }
@@ -94,10 +94,13 @@ pub fn imported(
     file_name: Option<&str>,
     limits: &Limits,
 ) -> Result<Imported, Problem> {
+    if let Some(foreign) = foreign::name(bytes) {
+        return Err(unsupported(format!("this is {}: {}", foreign.kind, foreign.instead)));
+    }
     let by_name = || Format::from_name(file_name?.rsplit_once('.')?.1);
     let format = format.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
     let format = format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
-        unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb")
+        unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb|gltf")
     })?;
     import(bytes, format, limits).map_err(refused)
 }

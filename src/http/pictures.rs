@@ -14,7 +14,8 @@ use super::representation::Wanted;
 use super::results::stored;
 use super::shapes;
 use crate::alignment::frame::Frame;
-use crate::mesh::{TriangleMesh, cross};
+use crate::mesh::cross;
+use crate::mesh::file_mesh::FileMesh;
 use crate::picture::{self, Matched, Unfit, heat_map};
 use crate::pipeline::outcome::ViewReport;
 use crate::sketch::Sketch;
@@ -95,7 +96,7 @@ struct Alignment {
 ///
 /// # Errors
 /// A result that cannot be read or is of other shapes; what an encoder reports.
-pub fn file(form: Form, result: &[u8], sketch: &Sketch, mesh: &TriangleMesh) -> Result<Vec<u8>, Undrawn> {
+pub fn file(form: Form, result: &[u8], sketch: &Sketch, mesh: &FileMesh) -> Result<Vec<u8>, Undrawn> {
     let Seen { correspondences, alignment } = serde_json::from_slice(result)?;
     let view = alignment.map(|Alignment { view: ViewReport { toward_camera, up } }| Frame {
         right: cross(up, toward_camera),
@@ -103,12 +104,16 @@ pub fn file(form: Form, result: &[u8], sketch: &Sketch, mesh: &TriangleMesh) -> 
         toward_camera,
     });
     let points = correspondences.into_iter();
-    let points = points.map(|Point { mesh_vertex, confidence }| (mesh_vertex, confidence.unwrap_or(0.0)));
-    let pair = Matched::new(sketch, mesh, points, view)?;
+    let points = points.map(|Point { mesh_vertex, confidence }| {
+        // Where there is no such vertex this is one past the last, and refused.
+        let vertex = mesh.sound_vertices(mesh_vertex).next().unwrap_or(mesh.sound().positions().len() as u32);
+        (vertex, confidence.unwrap_or(0.0))
+    });
+    let pair = Matched::new(sketch, mesh.sound(), points, view)?;
     Ok(match form {
         Form::Png => picture::png(&pair)?,
         Form::Svg => picture::svg(&pair)?.into_bytes(),
-        Form::Glb => picture::glb(&pair)?,
+        Form::Glb => picture::glb(&pair, mesh)?,
     })
 }
 

@@ -22,6 +22,7 @@ use image::ImageError;
 
 use crate::alignment::frame::Frame;
 use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 use scene::Scene;
 
@@ -90,13 +91,13 @@ pub fn svg(pair: &Matched<'_>) -> Result<String, ImageError> {
     Ok(svg::document(WIDTH, height, "the sketch and the mesh in matching colours", &content))
 }
 
-/// The mesh in the colours of the sketch as glTF 2.0 binary, lit by whoever shows it. Vertices and triangles are in the
-/// mesh's order and coordinates; a mesh that single precision would spoil is moved to the origin and scaled to extent 1.
+/// The mesh of the file that is matched in the colours of the sketch, as glTF 2.0 binary, lit by whoever shows it. Vertices
+/// and triangles are in the file's order and coordinates; a mesh that single precision would spoil is moved to the origin and scaled to extent 1.
 ///
 /// # Errors
 /// What the encoder reports.
-pub fn glb(pair: &Matched<'_>) -> Result<Vec<u8>, gltf::Error> {
-    glb::file(pair.mesh, &scene::colours(pair).1)
+pub fn glb(pair: &Matched<'_>, file: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(file, &scene::colours(pair).1)
 }
 
 #[cfg(test)]

@@ -16,6 +16,8 @@ use crate::spectral::Boundary;
 pub const MAX_BASIS: usize = 500;
 const MAX_COMPONENTS: usize = 1000;
 const MAX_LANDMARKS: usize = 1000;
+/// The most components of a mesh that a request names.
+const MAX_COMPONENTS_NAMED: usize = 10_000;
 const MAX_ICP: usize = 200;
 
 /// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
@@ -25,6 +27,10 @@ pub struct Settings {
     pub mesh: String,
     pub sketch: String,
     pub preset: Preset,
+    /// The components that are matched as one figure, ascending; nothing where there is nothing to choose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1, max_items = 10_000)]
+    pub components: Option<Vec<usize>>,
     pub part: Part,
     pub alignment: Alignment,
     pub basis: Basis,
@@ -79,6 +85,7 @@ impl Settings {
             mesh,
             sketch,
             preset,
+            components: None,
             part: Part::Whole,
             alignment: Alignment::None {},
             basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann },
@@ -129,6 +136,7 @@ impl Settings {
             defaults.columns = descriptors.columns.unwrap_or(defaults.columns);
         }
         let request = request.clone();
+        settings.components = request.components;
         settings.part = request.part.unwrap_or(settings.part);
         settings.alignment = request.alignment.unwrap_or(settings.alignment);
         if settings.alignment == (Alignment::None {}) {
@@ -165,6 +173,9 @@ impl Settings {
         faults.range("/descriptors/wks/count", wks.count, 0, MAX_COMPONENTS);
         if !(wks.variance > 0.0 && wks.variance <= 1e6) {
             faults.add("/descriptors/wks/variance", "must be positive and at most 1000000");
+        }
+        if let Some(components) = &self.components {
+            faults.range("/components", components.len(), 1, MAX_COMPONENTS_NAMED);
         }
         self.region_faults(&mut faults);
         self.alignment_faults(&mut faults);

@@ -7,6 +7,7 @@ use sqlx::{FromRow, Row};
 use super::tensors::{self, Array};
 use super::{Page, Store, StoreError, blocking, page};
 use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::{FileMesh, Sound};
 use crate::sketch::{Sketch, YAxis};
 
 /// What was uploaded.
@@ -73,11 +74,11 @@ impl Store {
     /// What the disk or the database said.
     pub async fn insert_mesh(
         &self,
-        mesh: TriangleMesh,
+        mesh: FileMesh,
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let content = move || (Kind::Mesh.id(mesh.content_hash()), encode(&mesh, None));
+        let content = move || (Kind::Mesh.id(mesh.content_hash()), encode_mesh(&mesh));
         self.insert(Kind::Mesh, content, name, body).await
     }
 
@@ -140,7 +141,7 @@ impl Store {
     ///
     /// # Errors
     /// What the database or the disk said.
-    pub async fn mesh(&self, id: &str) -> Result<Option<TriangleMesh>, StoreError> {
+    pub async fn mesh(&self, id: &str) -> Result<Option<FileMesh>, StoreError> {
         self.geometry(Kind::Mesh, id, decode_mesh).await
     }
 
@@ -184,6 +185,44 @@ fn y_axis_name(y_axis: YAxis) -> &'static str {
     }
 }
 
+fn encode_mesh(mesh: &FileMesh) -> Result<Vec<u8>, SafeTensorError> {
+    let (positions, triangles, mends) = (mesh.positions(), mesh.triangles(), mesh.mends());
+    let mut arrays = vec![
+        Array::of_f64("positions", vec![positions.len(), 3], positions.iter().flatten().copied()),
+        Array::of_u32("triangles", vec![triangles.len(), 3], triangles.iter().flatten().copied()),
+    ];
+    if let Some(Sound { triangles, origins, merged }) = &mends {
+        arrays.push(Array::of_u32(SOUND, vec![triangles.len(), 3], triangles.iter().flatten().copied()));
+        arrays.push(Array::of_u32(ORIGINS, vec![origins.len(), 1], origins.iter().copied()));
+        arrays.push(Array::of_u32(MERGED, vec![merged.len(), 1], merged.iter().copied()));
+    }
+    tensors::encode(&arrays, None)
+}
+
+/// The arrays of a mesh that was mended, as [`Sound`] has them.
+const SOUND: &str = "sound_triangles";
+const ORIGINS: &str = "sound_origins";
+const MERGED: &str = "merged";
+
+/// What makes the sound mesh, where a blob has it.
+fn mends(bytes: &[u8]) -> Result<Option<Sound>, SafeTensorError> {
+    let file = SafeTensors::deserialize(bytes)?;
+    if file.tensor(SOUND).is_err() {
+        return Ok(None);
+    }
+    let triangles = tensors::matrix(&file, SOUND, Dtype::U32)?;
+    let numbers = |name| {
+        let column = tensors::matrix(&file, name, Dtype::U32)?;
+        Ok((0..column.rows).map(|i| u32::from_le_bytes(column.at(i, 0))).collect())
+    };
+    if triangles.columns != 3 {
+        return Err(SafeTensorError::TensorInvalidInfo);
+    }
+    let triangle = |i| [0, 1, 2].map(|j| u32::from_le_bytes(triangles.at(i, j)));
+    let triangles = (0..triangles.rows).map(triangle).collect();
+    Ok(Some(Sound { triangles, origins: numbers(ORIGINS)?, merged: numbers(MERGED)? }))
+}
+
 fn encode(mesh: &TriangleMesh, note: Option<(&str, &str)>) -> Result<Vec<u8>, SafeTensorError> {
     let (positions, triangles) = (mesh.positions(), mesh.triangles());
     let arrays = [
@@ -195,9 +234,10 @@ fn encode(mesh: &TriangleMesh, note: Option<(&str, &str)>) -> Result<Vec<u8>, Sa
 
 /// The mesh of this id. It was checked before it was stored, and its id tells that it is the same: to check it again
 /// would take longer than all else that is read for a match.
-fn decode_mesh(id: &str, bytes: &[u8]) -> Result<TriangleMesh, String> {
+fn decode_mesh(id: &str, bytes: &[u8]) -> Result<FileMesh, String> {
     let (positions, triangles) = arrays(bytes).map_err(|error| error.to_string())?;
-    let mesh = TriangleMesh::recognised(positions, triangles, |content| Kind::Mesh.id(content) == id);
+    let mends = mends(bytes).map_err(|error| error.to_string())?;
+    let mesh = FileMesh::recognised(positions, triangles, mends, |content| Kind::Mesh.id(content) == id);
     mesh.ok_or_else(|| "its content is not that of its id".to_owned())
 }
 
@@ -235,9 +275,9 @@ mod tests {
     use crate::store::testing::{fresh, open};
 
     /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
-    fn square(x: f64) -> TriangleMesh {
+    fn square(x: f64) -> FileMesh {
         let positions = [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0], [9.0, 9.0, 0.1]];
-        TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap()
+        TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap().into()
     }
 
     fn drawing(y_axis: YAxis) -> Sketch {
@@ -266,7 +306,7 @@ mod tests {
         let (_directory, store) = fresh().await;
         let (shape, _) = store.insert_mesh(square(0.1), None, json!({})).await.unwrap();
         store.blobs.delete(&blob(&shape.id)).await.unwrap();
-        store.blobs.put(&blob(&shape.id), encode(&square(0.2), None).unwrap()).await.unwrap();
+        store.blobs.put(&blob(&shape.id), encode_mesh(&square(0.2)).unwrap()).await.unwrap();
         assert!(matches!(store.mesh(&shape.id).await, Err(StoreError::Damaged { .. })));
     }
 
