@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let bytes = std::fs::read(path)?;
     let format = Format::sniff(&bytes).ok_or("not a mesh")?;
-    let mesh = largest_component(&import(&bytes, format, &Limits::default())?.mesh).mesh;
+    let mesh = largest_component(&import(&bytes, format, &Limits::default())?.mesh.sound()).mesh;
     let before = cpu_seconds();
     let spectrum = spectrum_with(&mesh, lumping, k, Boundary::Neumann, &Unwatched)?;
     let after = cpu_seconds();

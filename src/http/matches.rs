@@ -17,8 +17,8 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::cursor_fault;
 use super::{App, PREFERENCE_APPLIED, json, memory};
-use crate::pipeline::{self, Settings};
 use crate::pipeline::request::{MatchRequest, Regions};
+use crate::pipeline::{self, Settings};
 use crate::store::{Job, JobKind, Kind};
 
 const PATH: &str = "/v1/matches";

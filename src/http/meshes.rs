@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -15,7 +16,7 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Coordinates, Geometry, ShapeDocument};
-use crate::mesh::connectivity::{Summary, summary};
+use crate::mesh::connectivity::{ComponentSummary, Summary, component_summaries, summary};
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::formats::{Format, Limits, foreign};
 use crate::mesh::refusal::{Refusal, Warning};
@@ -150,5 +151,28 @@ pub async fn geometry(State(app): State<App>, Id(id): Id, headers: HeaderMap) ->
     let mesh = shapes::mesh(&app, &id).await?;
     let write =
         move |_| Geometry { vertices: Coordinates::Space(mesh.positions()), triangles: mesh.triangles() }.json();
+    Wanted::named(headers, JSON).answer(&app, write).await
+}
+
+/// The components of a mesh.
+#[derive(Debug, Serialize, ToSchema)]
+struct ComponentList {
+    components: Vec<ComponentSummary>,
+}
+
+/// Lists the components of a mesh, which a match request may name.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}/components", tag = "meshes", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "the components", body = ComponentList),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn components(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    let mesh = shapes::mesh(&app, &id).await?;
+    let write = move |_| {
+        let list = ComponentList { components: component_summaries(&mesh) };
+        serde_json::to_vec(&list).map(Bytes::from)
+    };
     Wanted::named(headers, JSON).answer(&app, write).await
 }

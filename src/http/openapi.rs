@@ -29,6 +29,7 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read))
         .routes(routes!(meshes::geometry))
+        .routes(routes!(meshes::components))
         .routes(routes!(spectra::of_mesh))
         .routes(routes!(sketches::upload, sketches::list))
         .routes(routes!(sketches::read))

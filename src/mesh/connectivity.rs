@@ -40,6 +40,60 @@ pub fn summary(mesh: &FileMesh) -> Summary {
     }
 }
 
+/// What is told of a component of a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = MeshComponent)]
+pub struct ComponentSummary {
+    /// Its number, by which a match request names it.
+    pub component: usize,
+    /// The lowest vertex of the file on it.
+    pub first_vertex: u32,
+    /// Of the mended mesh, as all that follows.
+    pub vertices: usize,
+    pub triangles: usize,
+    /// In squared units of the file.
+    pub area: f64,
+    pub boundary_edges: usize,
+    pub closed: bool,
+    /// The lowest and the highest corner of the box around it.
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub low: [f64; 3],
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub high: [f64; 3],
+}
+
+/// The summaries of a file's components, in order of their lowest vertex.
+pub fn component_summaries(mesh: &FileMesh) -> Vec<ComponentSummary> {
+    let sound = mesh.sound();
+    let components = components(sound);
+    let of_vertices = components.of_vertices(sound);
+    let summary = |(component, extent): (usize, &Extent)| ComponentSummary {
+        component,
+        first_vertex: mesh.origins()[extent.first_vertex as usize],
+        vertices: 0,
+        triangles: extent.triangles,
+        area: extent.area,
+        boundary_edges: 0,
+        closed: true,
+        low: [f64::INFINITY; 3],
+        high: [f64::NEG_INFINITY; 3],
+    };
+    let mut summaries: Vec<ComponentSummary> = components.list.iter().enumerate().map(summary).collect();
+    for (&component, p) in of_vertices.iter().zip(&sound.positions) {
+        if let Some(summary) = summaries.get_mut(component as usize) {
+            summary.vertices += 1;
+            summary.low = [0, 1, 2].map(|i: usize| summary.low[i].min(p[i]));
+            summary.high = [0, 1, 2].map(|i: usize| summary.high[i].max(p[i]));
+        }
+    }
+    for h in Edges::of(&sound.triangles).boundary() {
+        let summary = &mut summaries[components.of_triangle[edges::triangle_of(h)] as usize];
+        summary.boundary_edges += 1;
+        summary.closed = false;
+    }
+    summaries
+}
+
 /// n flags: whether a vertex lies on the boundary.
 pub fn boundary_vertices(mesh: &TriangleMesh) -> Vec<bool> {
     let mut on_boundary = vec![false; mesh.positions.len()];

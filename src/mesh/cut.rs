@@ -1,9 +1,9 @@
 //! The faces of a file cut into triangles.
 
 use super::formats::Polygons;
+use super::polygon;
 use super::refusal::{Faults, Place};
 use super::soundness::{self, MOST_CORNERS};
-use super::polygon;
 
 /// The triangles that the faces of a file are cut into.
 #[derive(Default)]

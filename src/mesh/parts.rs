@@ -6,7 +6,7 @@ use super::disjoint_sets::DisjointSets;
 use super::joining::grid::Grid;
 
 /// Share of the area from which a component is the figure, whatever else there is.
-const NEARLY_ALL: f64 = 0.97;
+pub(super) const NEARLY_ALL: f64 = 0.97;
 /// Share of the area of the largest component from which another one may be the figure by itself.
 const SIZEABLE: f64 = 0.1;
 /// Cells along the longest side of the mesh: parts that are in one of them or in neighbours may be parts of one body, which
@@ -100,7 +100,8 @@ mod tests {
     /// Tetrahedra of these sizes at these places along x.
     fn tetrahedra(parts: &[(f64, f64)]) -> Vec<Vec<usize>> {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let positions = parts.iter().flat_map(|&(x, size)| corners.map(|p| [x + size * p[0], size * p[1], size * p[2]]));
+        let positions =
+            parts.iter().flat_map(|&(x, size)| corners.map(|p| [x + size * p[0], size * p[1], size * p[2]]));
         let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         let triangles = (0..parts.len() as u32).flat_map(|part| sides.map(|t| t.map(|v| 4 * part + v)));
         let mesh = TriangleMesh::new(positions.collect(), triangles.collect()).unwrap();

@@ -352,7 +352,8 @@ mod tests {
         let point = [[1., 1.]; 5];
         let pentagram: Vec<Point> =
             (0..5).map(|i| f64::from(i) * 2.0 * std::f64::consts::TAU / 5.0).map(|a| [a.cos(), a.sin()]).collect();
-        let jagged: Vec<Point> = (0..3000).map(|i| [f64::from(i * 7919 % 3001), f64::from(i * 104_729 % 3001)]).collect();
+        let jagged: Vec<Point> =
+            (0..3000).map(|i| [f64::from(i * 7919 % 3001), f64::from(i * 104_729 % 3001)]).collect();
         for outline in [bow_tie.as_slice(), &line, &point, &pentagram, &jagged] {
             let Cut { triangles, clean } = whole(outline);
             assert!(!clean && triangles.len() == outline.len() - 2);

@@ -176,7 +176,7 @@ pub enum WarningCode {
     MergedVertices,
     /// Lines, points or other elements of the file that are no faces were left out.
     IgnoredElements,
-    /// Only the component of largest area is matched.
+    /// The mesh is in several components, of which not all may be matched.
     SeveralComponents,
     /// Components of less than a thousandth of the area.
     IsolatedSpecks,

@@ -5,6 +5,7 @@ use super::cut::Cut;
 use super::file_mesh::FileMesh;
 use super::formats::Polygons;
 use super::mending::Mends;
+use super::parts::NEARLY_ALL;
 use super::refusal::{Place, Warning, WarningCode};
 use super::soundness;
 
@@ -21,7 +22,8 @@ pub(super) fn of_file(polygons: &Polygons, cut: &Cut) -> Vec<Warning> {
     }
     if !cut.crossing.is_empty() {
         let n = cut.crossing.len();
-        let detail = format!("{n} faces cross themselves or enclose no area: they are cut into triangles as well as it goes");
+        let detail =
+            format!("{n} faces cross themselves or enclose no area: they are cut into triangles as well as it goes");
         warnings.push(Warning::new(WarningCode::CrossingFaces, detail, places_of_faces(polygons, &cut.crossing)));
     }
     warnings
@@ -42,11 +44,13 @@ pub(super) fn of_mends(polygons: &Polygons, cut: &Cut, mends: &Mends, mesh: &Fil
         faces
     };
     let at_faces = |faces: &[usize]| places_of_faces(polygons, faces).collect::<Vec<Place>>();
-    let at_vertices = |vertices: &[u32]| vertices.iter().map(|&v| polygons.vertex_place(v as usize)).collect::<Vec<_>>();
+    let at_vertices =
+        |vertices: &[u32]| vertices.iter().map(|&v| polygons.vertex_place(v as usize)).collect::<Vec<_>>();
     let at_edges = |edges: &[[u32; 2]]| edges.iter().map(|&[a, b]| Place::edge(a, b)).collect::<Vec<_>>();
 
     let merged: Vec<u32> = (0..).zip(mesh.merged()).filter(|(v, lowest)| v != *lowest).map(|(v, _)| v).collect();
-    let detail = format!("{} vertices along seams stand where an earlier one does, which takes their place", merged.len());
+    let detail =
+        format!("{} vertices along seams stand where an earlier one does, which takes their place", merged.len());
     warn(WarningCode::MergedVertices, at_vertices(&merged), detail);
 
     let left_out = [faces(&mends.degenerate), cut.collapsed.clone()].concat();
@@ -70,10 +74,8 @@ pub(super) fn of_mends(polygons: &Polygons, cut: &Cut, mends: &Mends, mesh: &Fil
     );
     warn(WarningCode::CutEdges, at_edges(&mends.crowded), detail);
 
-    let detail = format!(
-        "at {} vertices parts of the surface meet in a point only: they are parted there",
-        mends.pinched.len()
-    );
+    let detail =
+        format!("at {} vertices parts of the surface meet in a point only: they are parted there", mends.pinched.len());
     warn(WarningCode::SplitVertices, at_vertices(&mends.pinched), detail);
 
     let detail = format!(
@@ -117,11 +119,13 @@ pub(super) fn of_components(mesh: &FileMesh) -> Vec<Warning> {
     let area = mesh.sound().area();
     let place = |component: &Extent| Place::vertex(mesh.origins()[component.first_vertex as usize] as usize);
     let largest = components.iter().map(|c| c.area).fold(0.0, f64::max);
-    let detail = format!(
-        "the mesh has {} components: only the largest, {:.1} % of the area, is matched",
-        components.len(),
-        100.0 * largest / area
-    );
+    let matched = if largest >= NEARLY_ALL * area {
+        format!("only the largest, {:.1} % of the area, is matched", 100.0 * largest / area)
+    } else {
+        "those are matched that look most like the sketch, together where they nearly touch, unless a request names some"
+            .to_owned()
+    };
+    let detail = format!("the mesh has {} components: {matched}", components.len());
     let mut warnings = vec![Warning::new(WarningCode::SeveralComponents, detail, components.iter().map(place))];
     let specks: Vec<&Extent> = components.iter().filter(|c| c.area < SPECK * area).collect();
     if !specks.is_empty() {

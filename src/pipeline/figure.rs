@@ -69,9 +69,7 @@ impl Chosen {
     ) -> Result<Chosen, MatchError> {
         let landmarks = landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
         let aligned = match settings.alignment {
-            Alignment::View { .. } => {
-                Some(aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)?)
-            }
+            Alignment::View { .. } => Some(aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)?),
             Alignment::None {} => None,
         };
         Ok(Chosen { figure, landmarks, aligned, of_several: true })
@@ -139,7 +137,8 @@ pub(super) fn candidates(
         }
     }
     if faults.is_empty() && fitting.is_empty() {
-        let detail = "the landmarks are on components that are not matched together: name those to match in `components`";
+        let detail =
+            "the landmarks are on components that are not matched together: name those to match in `components`";
         faults.push(Fault::new("/landmarks", detail));
     }
     if faults.is_empty() { Ok(fitting) } else { Err(faults) }

@@ -35,7 +35,9 @@ pub(super) fn vertices(
 /// The landmarks that are not on the drawing.
 pub(super) fn off_the_drawing(landmarks: &[Landmark], sketch: &Sketch) -> Vec<Fault> {
     let reach = reach(sketch.mesh());
-    let is_off = |landmark: &Landmark| nearest(sketch, landmark.sketch).is_none_or(|(_, distance)| !(distance <= reach));
+    let is_off = |landmark: &Landmark| {
+        nearest(sketch, landmark.sketch).is_none_or(|(_, distance)| distance.is_nan() || distance > reach)
+    };
     let off = landmarks.iter().enumerate().filter(|(_, landmark)| is_off(landmark));
     off.map(|(i, landmark)| {
         let [x, y] = landmark.sketch;
@@ -73,7 +75,7 @@ fn reach(mesh: &TriangleMesh) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-        use crate::sketch::YAxis;
+    use crate::sketch::YAxis;
 
     /// A unit square drawn with y downwards, one corner at the origin.
     fn square() -> Sketch {

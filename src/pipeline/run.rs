@@ -6,12 +6,12 @@ use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
 use super::constraints::{Points as AlignedPoints, problem, spectral_scale};
+use super::figure::Chosen;
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Rating, Solver};
 use super::regions::{self, Shape};
 use super::request::{Alignment, Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
-use super::figure::Chosen;
 use super::{MatchError, Surroundings};
 use crate::correspondence::{confidence, icp, points, zoomout};
 use crate::functional_map::problem::least_squares;
@@ -39,7 +39,8 @@ pub fn run(
         return Err(MatchError::Faults(faults));
     }
     let stages = Stages::begin(surroundings);
-    let Chosen { figure, landmarks, aligned: laid, of_several } = Chosen::of(sketch, mesh, settings, &stages, surroundings)?;
+    let Chosen { figure, landmarks, aligned: laid, of_several } =
+        Chosen::of(sketch, mesh, settings, &stages, surroundings)?;
 
     let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &figure, surroundings, watch))?;
     let (k, l) = (settings.basis.k, settings.basis.k_mesh);
@@ -49,13 +50,14 @@ pub fn run(
     let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
     let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
 
-    let aligned = match settings.alignment {
-        Alignment::View { .. } if laid.is_some() => laid,
-        Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
-            aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)
-        })?),
-        Alignment::None {} => None,
-    };
+    let aligned =
+        match settings.alignment {
+            Alignment::View { .. } if laid.is_some() => laid,
+            Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
+                aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)
+            })?),
+            Alignment::None {} => None,
+        };
     let aligned = aligned.as_ref();
 
     let regions = stages.run(Stage::Regions, |watch| {
@@ -89,10 +91,7 @@ pub fn run(
         id: None,
         sketch: settings.sketch.clone(),
         mesh: settings.mesh.clone(),
-        request: Settings {
-            components: of_several.then(|| figure.components.clone()),
-            ..settings.clone()
-        },
+        request: Settings { components: of_several.then(|| figure.components.clone()), ..settings.clone() },
         c: Matrix::from(points.c.as_ref()),
         correspondences: correspondences(sketch, &figure, &points),
         confidence,
@@ -209,11 +208,7 @@ fn regulariser_name(regulariser: &Regulariser) -> &'static str {
     }
 }
 
-fn warnings(
-    settings: &Settings,
-    figure: &Figure,
-    regions: &regions::Correspondence,
-) -> Vec<String> {
+fn warnings(settings: &Settings, figure: &Figure, regions: &regions::Correspondence) -> Vec<String> {
     let mut warnings = Vec::new();
     let (all, besides) = (figure.of_file().len(), figure.of_file().filter(Option::is_none).count());
     if besides > 0 {

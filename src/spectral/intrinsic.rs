@@ -25,9 +25,9 @@ const ALONE: HalfEdge = HalfEdge::MAX;
 /// Whether a triangle of the mesh is so thin that its operator is to be made from another triangulation.
 pub(super) fn is_thin(mesh: &TriangleMesh) -> bool {
     lengths(mesh).iter().any(|&lengths| {
-        let longest = lengths.into_iter().fold(0.0, f64::max);
-        // NaN where there is no triangle at all.
-        !(doubled_area(lengths) > THIN * longest * longest)
+        let (longest, area) = (lengths.into_iter().fold(0.0, f64::max), doubled_area(lengths));
+        // Not a number where rounding leaves no triangle.
+        area.is_nan() || area <= THIN * longest * longest
     })
 }
 
@@ -75,7 +75,9 @@ impl Surface {
         let mut positive: Vec<f64> = self.lengths.as_flattened().iter().copied().filter(|&l| l > 0.0).collect();
         let rank = positive.len() / SHORTER;
         let short = if positive.is_empty() { 1.0 } else { *positive.select_nth_unstable_by(rank, f64::total_cmp).1 };
-        let lacking = |&[a, b, c]: &[f64; 3]| SLACK * short - [a + b - c, b + c - a, c + a - b].into_iter().fold(f64::INFINITY, f64::min);
+        let lacking = |&[a, b, c]: &[f64; 3]| {
+            SLACK * short - [a + b - c, b + c - a, c + a - b].into_iter().fold(f64::INFINITY, f64::min)
+        };
         let longer = self.lengths.iter().map(lacking).fold(0.0, f64::max);
         self.lengths.as_flattened_mut().iter_mut().for_each(|length| *length += longer);
     }

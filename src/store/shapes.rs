@@ -211,7 +211,7 @@ fn mends(bytes: &[u8]) -> Result<Option<Sound>, SafeTensorError> {
         return Ok(None);
     }
     let triangles = tensors::matrix(&file, SOUND, Dtype::U32)?;
-    let numbers = |name| {
+    let numbers = |name| -> Result<Vec<u32>, SafeTensorError> {
         let column = tensors::matrix(&file, name, Dtype::U32)?;
         Ok((0..column.rows).map(|i| u32::from_le_bytes(column.at(i, 0))).collect())
     };

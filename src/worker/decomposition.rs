@@ -15,7 +15,9 @@ pub(super) fn run(bench: &Bench, lease: &Lease, progress: &Progress) -> Result<B
     let SpectrumTask { shape, kind, k, boundary } = task;
     let mesh = match kind {
         Kind::Mesh => bench.runtime.block_on(bench.store.mesh(&shape))?,
-        Kind::Sketch => bench.runtime.block_on(bench.store.sketch(&shape))?.map(|sketch| FileMesh::from(sketch.mesh().clone())),
+        Kind::Sketch => {
+            bench.runtime.block_on(bench.store.sketch(&shape))?.map(|sketch| FileMesh::from(sketch.mesh().clone()))
+        }
     };
     let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no {} {shape}", kind.as_str()), &[]))?;
     let figure = Figure::largest(&mesh);

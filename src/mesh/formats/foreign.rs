@@ -27,7 +27,11 @@ const BEGINNINGS: [(&[u8], &str, &str); 26] = [
     (b"Rar!\x1a\x07", "a RAR archive", UNPACK),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
     (b"\x1f\x8b\x08", "a gzip archive", UNPACK),
-    (b"\x28\xb5\x2f\xfd", "a file compressed with Zstandard, as Blender saves", "save it uncompressed, or export it as GLB"),
+    (
+        b"\x28\xb5\x2f\xfd",
+        "a file compressed with Zstandard, as Blender saves",
+        "save it uncompressed, or export it as GLB",
+    ),
     (b"BZh", "a bzip2 archive", UNPACK),
     (b"\xfd7zXZ\x00", "an xz archive", UNPACK),
     (b"ISO-10303-21", "a STEP file", "export it as STL from the CAD program"),

@@ -49,7 +49,7 @@ fn by_lines(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
 fn stream(bytes: &[u8], mut polygons: Polygons) -> Option<Polygons> {
     let mut words = text::numbered_words(bytes).peekable();
     let keyword = words.next_if(|(_, word)| text::number(word).is_none()).map_or(&[][..], |(_, word)| word);
-    let (name, fused) = self::keyword(keyword).unwrap_or((b"OFF", keyword));
+    let (name, fused) = self::keyword(keyword).unwrap_or((&b"OFF"[..], keyword));
     if !fused.is_empty() || name.iter().any(|b| matches!(b, b'4' | b'n')) {
         return None;
     }
@@ -82,7 +82,7 @@ fn stream(bytes: &[u8], mut polygons: Polygons) -> Option<Polygons> {
         let corners: Option<Vec<i64>> = (0..corners).map(|_| number().map(|(_, x)| x as i64)).collect();
         polygons.push_face(corners?, Some(line)).ok()?;
     }
-    number().is_none().then_some(polygons)
+    words.next().is_none().then_some(polygons)
 }
 
 /// The lines that are neither blank nor comment.

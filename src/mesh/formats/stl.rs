@@ -123,7 +123,8 @@ fn read_text(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
             }
             b"vertex" => {
                 let is_keyword = |word: &[u8]| word.first().is_some_and(|b| matches!(b | 32, b'v' | b'e' | b'f'));
-                let coordinates = std::iter::from_fn(|| words.next_if(|(_, word)| !is_keyword(word)).map(|(_, word)| word));
+                let coordinates =
+                    std::iter::from_fn(|| words.next_if(|(_, word)| !is_keyword(word)).map(|(_, word)| word));
                 match text::position(coordinates.take(3)) {
                     Ok(position) => read.push_corner(position, Some(line))?,
                     Err(detail) => faults.push(Place::line(line), detail),

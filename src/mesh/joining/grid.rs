@@ -8,7 +8,7 @@ const MARGIN: usize = 6;
 const SAMPLES: f64 = 3e8;
 
 /// Cells in the order of their places, x fastest.
-pub(super) struct Grid {
+pub struct Grid {
     low: [f64; 3],
     spacing: f64,
     pub sizes: [usize; 3],
@@ -57,7 +57,11 @@ impl Grid {
         let (u, v) = (subtract(b, a), subtract(c, a));
         let along = length(u);
         // Across a side of no length is along the other.
-        let across = if along > 0.0 { (length(cross(u, v)) / along).max(length(v).min(length(subtract(c, b)))) } else { length(v) };
+        let across = if along > 0.0 {
+            (length(cross(u, v)) / along).max(length(v).min(length(subtract(c, b))))
+        } else {
+            length(v)
+        };
         [along, across].map(|x| (2.0 * x / self.spacing).ceil() as usize + 1)
     }
 

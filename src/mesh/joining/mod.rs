@@ -2,7 +2,7 @@
 
 pub(super) mod grid;
 
-use fast_surface_nets::ndshape::{RuntimeShape, Shape};
+use fast_surface_nets::ndshape::RuntimeShape;
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
 
 use super::TriangleMesh;

@@ -21,8 +21,7 @@ pub(super) fn twins(positions: &[[f64; 3]], rest: &mut Rest, doubled: &mut Vec<u
     // Negative zero is zero.
     let key = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
     let mut firsts: HashMap<[u64; 3], u32> = HashMap::new();
-    let placed: Vec<[u32; 3]> =
-        rest.triangles.iter().map(|t| t.map(|v| *firsts.entry(key(v)).or_insert(v))).collect();
+    let placed: Vec<[u32; 3]> = rest.triangles.iter().map(|t| t.map(|v| *firsts.entry(key(v)).or_insert(v))).collect();
     let first = soundness::firsts(&placed);
     let mut is_whole: HashMap<u32, bool> = HashMap::new();
     for (t, &component) in components.iter().enumerate() {

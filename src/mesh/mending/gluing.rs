@@ -84,7 +84,12 @@ impl Sheets {
 
     /// Pairs the half-edges of a crowded edge: those of one sheet that run against each other, then any of one sheet,
     /// then the two largest sheets that are left.
-    fn pairs(&self, mut crowd: Vec<HalfEdge>, start: impl Fn(HalfEdge) -> u32, mut join: impl FnMut(HalfEdge, HalfEdge)) {
+    fn pairs(
+        &self,
+        mut crowd: Vec<HalfEdge>,
+        start: impl Fn(HalfEdge) -> u32,
+        mut join: impl FnMut(HalfEdge, HalfEdge),
+    ) {
         let sheet = |h: &HalfEdge| self.of_triangle[triangle_of(*h)];
         let area = |h: &HalfEdge| self.areas[sheet(h) as usize];
         crowd.sort_by(|g, h| area(h).total_cmp(&area(g)).then(sheet(g).cmp(&sheet(h))).then(g.cmp(h)));

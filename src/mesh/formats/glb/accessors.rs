@@ -22,7 +22,9 @@ impl Container {
             numbers
         };
         let mut all: Vec<[f64; N]> = match accessor.view() {
-            Some(view) => self.elements(&view, accessor.offset(), accessor.count(), accessor.size())?.map(element).collect(),
+            Some(view) => {
+                self.elements(&view, accessor.offset(), accessor.count(), accessor.size())?.map(element).collect()
+            }
             None if accessor.sparse().is_some() => vec![[0.0; N]; accessor.count()],
             None => return Err(format!("accessor {} has no data", accessor.index())),
         };

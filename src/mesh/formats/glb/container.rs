@@ -44,7 +44,8 @@ pub(super) fn looks_binary(bytes: &[u8]) -> bool {
 pub(super) fn looks_like_json(bytes: &[u8]) -> bool {
     let head = &bytes[..bytes.len().min(HEAD)];
     let has = |key: &[u8]| head.windows(key.len()).any(|window| window == key);
-    head.trim_ascii_start().starts_with(b"{") && [&b"\"asset\""[..], b"\"accessors\"", b"\"meshes\""].into_iter().any(has)
+    head.trim_ascii_start().starts_with(b"{")
+        && [&b"\"asset\""[..], b"\"accessors\"", b"\"meshes\""].into_iter().any(has)
 }
 
 /// A document whose JSON keeps to the schema, and the data it holds.
@@ -112,7 +113,9 @@ fn unreadable(error: &dyn std::fmt::Display) -> Refusal {
 }
 
 fn outside() -> Refusal {
-    refusal("its data are outside the file: pack the file and its .bin together as .glb, only self-contained files are taken")
+    refusal(
+        "its data are outside the file: pack the file and its .bin together as .glb, only self-contained files are taken",
+    )
 }
 
 /// The document of a JSON.

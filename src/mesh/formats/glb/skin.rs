@@ -50,7 +50,12 @@ impl Bones {
     }
 
     /// The vertices of a primitive where its bones place them.
-    pub fn place(&self, positions: &mut [[f64; 3]], primitive: &Primitive, container: &Container) -> Result<(), String> {
+    pub fn place(
+        &self,
+        positions: &mut [[f64; 3]],
+        primitive: &Primitive,
+        container: &Container,
+    ) -> Result<(), String> {
         let mut influences: Vec<Influences> = Vec::new();
         for set in 0..MOST_SETS {
             let (Some(joints), Some(weights)) =
@@ -65,11 +70,15 @@ impl Bones {
             influences.push(joints.into_iter().zip(weights).collect());
         }
         for (v, position) in positions.iter_mut().enumerate() {
-            let pulls = influences.iter().map(|set| set[v]).flat_map(|(j, w)| [0, 1, 2, 3].map(|i: usize| (j[i], w[i])));
+            let pulls =
+                influences.iter().map(|set| set[v]).flat_map(|(j, w)| [0, 1, 2, 3].map(|i: usize| (j[i], w[i])));
             let mut sum = [0.0; 3];
             let mut total = 0.0;
             for (joint, weight) in pulls.filter(|(_, weight)| *weight != 0.0) {
-                let bone = self.0.get(joint as usize).ok_or_else(|| format!("vertex {v} hangs on a bone that is not there"))?;
+                let bone = self
+                    .0
+                    .get(joint as usize)
+                    .ok_or_else(|| format!("vertex {v} hangs on a bone that is not there"))?;
                 let p = placed(bone, *position);
                 sum = [0, 1, 2].map(|i: usize| sum[i] + weight * p[i]);
                 total += weight;

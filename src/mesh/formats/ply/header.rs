@@ -96,10 +96,12 @@ impl Header {
             start = (start + length + ending).min(head.len());
             number += 1;
             let words: Vec<&[u8]> = text::words(line).collect();
-            let misread = |what: &str| Err(Refusal::because(Place::line(number), format!("{what}: {}", text::shown(line))));
+            let misread =
+                |what: &str| Err(Refusal::because(Place::line(number), format!("{what}: {}", text::shown(line))));
             match words[..] {
                 [b"end_header", ..] => {
-                    let encoding = encoding.ok_or_else(|| Refusal::because(Place::file(), "the header tells no format"))?;
+                    let encoding =
+                        encoding.ok_or_else(|| Refusal::because(Place::file(), "the header tells no format"))?;
                     return Ok((Header { encoding, elements }, &bytes[start..], number + 1));
                 }
                 [b"format", b"ascii", ..] => encoding = Some(Encoding::Text),
