@@ -36,7 +36,7 @@ fn sized(creature: &str, mesh_vertices: usize, sketch_vertices: usize) -> Case {
     let (drawing, _) = drawing.into_parts();
     Case {
         sketch: sketch::from_outline(&drawing, sketch_vertices, &sketch::Config::default()).unwrap().sketch,
-        mesh: import(file("mesh.obj"), Format::Obj, &Limits::default()).unwrap().mesh,
+        mesh: import(file("mesh.obj"), Format::Obj, &Limits::default()).unwrap().mesh.sound().clone(),
         truth: serde_json::from_slice(file("truth.json")).unwrap(),
     }
 }
@@ -64,7 +64,7 @@ fn settings(request: Value) -> Settings {
 
 fn matched(case: &Case, request: Value, watcher: &dyn Watcher) -> Result<MatchResult, MatchError> {
     let surroundings = Surroundings { spectra: &Computing, preparations: &Computing, watcher, clock: &|| 0.0 };
-    pipeline::run(&case.sketch, &case.mesh, &settings(request), &surroundings)
+    pipeline::run(&case.sketch, &case.mesh.clone().into(), &settings(request), &surroundings)
 }
 
 fn patient() -> CancelsAt {

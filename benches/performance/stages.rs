@@ -84,7 +84,8 @@ pub fn rows(table: &Table) {
     }
     let file = shapes::obj(&mesh);
     let sample = timed(|| {
-        let mesh = import(file.as_bytes(), Format::Obj, &Limits::default()).expect("the body is valid").mesh;
+        let mesh =
+            import(file.as_bytes(), Format::Obj, &Limits::default()).expect("the body is valid").mesh.sound().clone();
         mesh.content_hash()
     });
     table.time("upload of an OBJ: parse, validate, hash, 50K", &sample, None, Reach::Most(150.0));
@@ -99,7 +100,8 @@ fn matches(table: &Table, sketch: &Sketch, small: &TriangleMesh, large: &Triangl
         let request = serde_json::from_value(request).expect("a request");
         let settings = Settings::resolve(&request).expect("a preset is in range");
         let surroundings = Surroundings { spectra: &known, preparations: &known, watcher: &Nobody, clock: &|| 0.0 };
-        let sample = timed(|| pipeline::run(sketch, mesh, &settings, &surroundings).expect("the body can be matched"));
+        let file = mesh.clone().into();
+        let sample = timed(|| pipeline::run(sketch, &file, &settings, &surroundings).expect("the body can be matched"));
         table.time(&format!("{preset} preset, mesh known, sketch new, {size}"), &sample, None, Reach::Most(most));
     }
 }

@@ -56,7 +56,8 @@ pub fn run(options: &EigenvaluesOptions) -> anyhow::Result<()> {
     let bytes = read(&options.mesh)?;
     let of_file = || options.mesh.display().to_string();
     let format = Format::sniff(&bytes).context("no mesh format is recognised").with_context(of_file)?;
-    let mesh = largest_component(&import(&bytes, format, &Limits::default()).with_context(of_file)?.mesh).mesh;
+    let mesh = import(&bytes, format, &Limits::default()).with_context(of_file)?.mesh;
+    let mesh = largest_component(mesh.sound()).mesh;
     let before = cpu_seconds();
     let spectrum =
         spectrum_with(&mesh, options.lumping.into(), options.k, Boundary::Neumann, &Unwatched).with_context(of_file)?;

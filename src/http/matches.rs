@@ -18,9 +18,8 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::cursor_fault;
 use super::{App, PREFERENCE_APPLIED, json, memory};
-use crate::mesh::connectivity::largest_component;
-use crate::pipeline::request::MatchRequest;
-use crate::pipeline::{self, Settings, landmarks};
+use crate::pipeline::request::{MatchRequest, Regions};
+use crate::pipeline::{self, Settings};
 use crate::store::{Job, JobKind, Kind, MEMORY, NewJob};
 
 const PATH: &str = "/v1/matches";
@@ -97,7 +96,7 @@ async fn payload(app: &App, request: MatchRequest) -> Result<(Settings, String),
     let mesh = vertices(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let budget = app.config.max_job_memory;
     let settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
-    let faults = landmark_faults(app, &settings).await?;
+    let faults = faults_on_shapes(app, &settings).await?;
     if !faults.is_empty() {
         return Err(unfit(faults));
     }
@@ -134,16 +133,17 @@ fn settings(
     }
 }
 
-/// What is wrong with the landmarks, for which the shapes themselves are looked at.
-async fn landmark_faults(app: &App, settings: &Settings) -> Result<Vec<Fault>, Problem> {
-    if settings.landmarks.is_empty() {
+/// What is wrong with landmarks, components and labels, for which the shapes themselves are looked at.
+async fn faults_on_shapes(app: &App, settings: &Settings) -> Result<Vec<Fault>, Problem> {
+    let labelled = matches!(settings.regions, Regions::Given { .. });
+    if settings.landmarks.is_empty() && settings.components.is_none() && !labelled {
         return Ok(Vec::new());
     }
     let (sketch, mesh) = (app.store.sketch(&settings.sketch).await?, app.store.mesh(&settings.mesh).await?);
     let (Some(sketch), Some(mesh)) = (sketch, mesh) else { return Ok(Vec::new()) };
-    let landmarks = settings.landmarks.clone();
-    let placed = app.off_runtime(move || landmarks::vertices(&landmarks, &sketch, &largest_component(&mesh))).await?;
-    Ok(placed.err().into_iter().flatten().map(Fault::from).collect())
+    let settings = settings.clone();
+    let faults = app.off_runtime(move || pipeline::faults_on_shapes(&settings, &sketch, &mesh)).await?;
+    Ok(faults.into_iter().map(Fault::from).collect())
 }
 
 /// The number of vertices of a shape; where there is no such shape, a fault.

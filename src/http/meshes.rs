@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
+use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -15,10 +16,11 @@ use super::idempotency::IdempotencyKey;
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
+use super::representation::{JSON, Wanted};
 use super::shapes::{self, Renaming, ShapeDocument};
-use crate::mesh::TriangleMesh;
-use crate::mesh::connectivity::{Summary, summary};
-use crate::mesh::formats::{Format, Limits};
+use crate::mesh::connectivity::{ComponentSummary, Summary, component_summaries, summary};
+use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::formats::{Format, Limits, foreign};
 use crate::mesh::refusal::{Refusal, Warning};
 use crate::mesh::validation::{Imported, import};
 use crate::store::{Kind, Source};
@@ -54,7 +56,7 @@ const MEMORY_OF_FILE: usize = 12;
 #[utoipa::path(
     post, path = "/v1/meshes", operation_id = "upload_mesh", tag = "meshes",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
-    request_body(description = "OBJ, OFF, PLY, STL or GLB", content(
+    request_body(description = "OBJ, OFF, PLY, STL, GLB or glTF with its data in it", content(
         ("application/octet-stream"), ("multipart/form-data"),
     )),
     responses(
@@ -89,7 +91,7 @@ pub async fn upload(
 }
 
 /// The mesh beside its measures.
-fn measured(Imported { mesh, warnings }: Imported) -> (TriangleMesh, MeshMeasures) {
+fn measured(Imported { mesh, warnings }: Imported) -> (FileMesh, MeshMeasures) {
     let summary = summary(&mesh);
     (mesh, MeshMeasures { summary, warnings })
 }
@@ -104,10 +106,13 @@ pub fn format(
     media_type: Option<&str>,
     file_name: Option<&str>,
 ) -> Result<Format, Problem> {
+    if let Some(foreign) = foreign::name(bytes) {
+        return Err(unsupported(format!("this is {}: {}", foreign.kind, foreign.instead)));
+    }
     let by_name = || Format::from_name(file_name?.rsplit_once('.')?.1);
     let format = named.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
     format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
-        unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb")
+        unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb|gltf")
     })
 }
 
@@ -175,4 +180,27 @@ pub async fn rename(
 )]
 pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
     shapes::deleted(&app, Kind::Mesh, &id).await
+}
+
+/// The components of a mesh.
+#[derive(Debug, Serialize, ToSchema)]
+struct ComponentList {
+    components: Vec<ComponentSummary>,
+}
+
+/// Lists the components of a mesh, which a match request may name.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}/components", operation_id = "read_mesh_components", tag = "meshes", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "the components", body = ComponentList),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn components(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    let mesh = shapes::mesh(&app, &id).await?;
+    let write = move |_| {
+        let list = ComponentList { components: component_summaries(&mesh) };
+        serde_json::to_vec(&list).map(Bytes::from)
+    };
+    Wanted::named(headers, JSON).answer(&app, write).await
 }

@@ -15,7 +15,8 @@ use super::representation::{OCTETS, Wanted};
 use super::results::stored;
 use super::shapes;
 use crate::alignment::frame::Frame;
-use crate::mesh::{TriangleMesh, cross};
+use crate::mesh::cross;
+use crate::mesh::file_mesh::FileMesh;
 use crate::picture::{self, Matched, Unfit, WIDTH, WIDTHS, heat_map};
 use crate::pipeline::outcome::ViewReport;
 use crate::sketch::Sketch;
@@ -166,7 +167,7 @@ impl Seen {
 ///
 /// # Errors
 /// A result that cannot be read, is of other shapes or has no such alternative; what an encoder reports.
-pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &TriangleMesh) -> Result<Vec<u8>, Undrawn> {
+pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &FileMesh) -> Result<Vec<u8>, Undrawn> {
     let seen: Seen = serde_json::from_slice(result)?;
     let seen = match look.alternative {
         Some(alternative) => seen.instead(alternative).ok_or(Undrawn::NoAlternative)?,
@@ -178,12 +179,16 @@ pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &TriangleMesh) -> 
         toward_camera,
     });
     let points = seen.correspondences.into_iter();
-    let points = points.map(|Point { mesh_vertex, confidence }| (mesh_vertex, confidence.unwrap_or(0.0)));
-    let pair = Matched::new(sketch, mesh, points, view)?;
+    let points = points.map(|Point { mesh_vertex, confidence }| {
+        // Where there is no such vertex this is one past the last, and refused.
+        let vertex = mesh.sound_vertices(mesh_vertex).next().unwrap_or(mesh.sound().positions().len() as u32);
+        (vertex, confidence.unwrap_or(0.0))
+    });
+    let pair = Matched::new(sketch, mesh.sound(), points, view)?;
     Ok(match look.form {
         Form::Png => picture::png(&pair, look.width)?,
         Form::Svg => picture::svg(&pair, look.width)?.into_bytes(),
-        Form::Glb => picture::glb(&pair)?,
+        Form::Glb => picture::glb(&pair, mesh)?,
     })
 }
 

@@ -47,8 +47,8 @@ pub async fn of_mesh(
     let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
     let mesh = shapes::mesh(&app, &id).await?;
     let draw = move |media_type| match media_type {
-        SVG => picture::mesh_svg(&mesh, width).map(Bytes::from),
-        _ => picture::mesh_png(&mesh, width).map(Bytes::from),
+        SVG => picture::mesh_svg(mesh.sound(), width).map(Bytes::from),
+        _ => picture::mesh_png(mesh.sound(), width).map(Bytes::from),
     };
     wanted.answer(&app, draw).await
 }

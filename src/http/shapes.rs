@@ -16,7 +16,7 @@ use super::job_document::timestamp;
 use super::json;
 use super::page::PageQuery;
 use super::problem::{Fault, Problem};
-use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 use crate::store::{Deletion, Kind, Shape, StoreError};
 
@@ -68,7 +68,7 @@ pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Resu
 ///
 /// # Errors
 /// 404 where there is none.
-pub async fn mesh(app: &App, id: &str) -> Result<TriangleMesh, Problem> {
+pub async fn mesh(app: &App, id: &str) -> Result<FileMesh, Problem> {
     app.store.mesh(id).await?.ok_or_else(|| missing(Kind::Mesh, id))
 }
 

@@ -17,7 +17,8 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
 use super::{memory, npy, shapes};
-use crate::mesh::connectivity::{Component, largest_component};
+use crate::mesh::figure::Figure;
+use crate::mesh::file_mesh::FileMesh;
 use crate::spectral::{Boundary, Spectrum};
 use crate::store::{JobKind, Kind, NewJob, SpectrumKey, SpectrumTask};
 
@@ -125,8 +126,8 @@ impl Asked {
 
     async fn answer(self, app: &App, headers: HeaderMap) -> Result<Response, Problem> {
         let wanted = Wanted::negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
-        let (component, shape_hash, vertices) = self.component(app).await?;
-        let matched = component.vertices.len();
+        let (figure, shape_hash) = self.figure(app).await?;
+        let (matched, vertices) = (figure.vertices.len(), figure.of_file().len());
         if self.k >= matched {
             return Err(too_many(matched - 1));
         }
@@ -139,23 +140,23 @@ impl Asked {
             return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
         let write = move |media_type| match media_type {
-            NPY => Ok(eigenfunctions(&spectrum, self.k, &component.vertices, vertices)),
-            SAFETENSORS => Ok(tensors(&spectrum, self.k, &component.vertices, vertices)?),
+            NPY => Ok(eigenfunctions(&spectrum, self.k, &figure)),
+            SAFETENSORS => Ok(tensors(&spectrum, self.k, &figure)?),
             _ => Ok::<_, Unwritten>(self.document(&spectrum)?),
         };
         wanted.answer(app, write).await
     }
 
-    /// The part of the shape that is decomposed, the hash of its content, and the number of all vertices of the shape.
-    async fn component(&self, app: &App) -> Result<(Component, blake3::Hash, usize), Problem> {
+    /// The part of the shape that is decomposed, and the hash of its content.
+    async fn figure(&self, app: &App) -> Result<(Figure, blake3::Hash), Problem> {
         let mesh = match self.kind {
             Kind::Mesh => shapes::mesh(app, &self.id).await?,
-            Kind::Sketch => shapes::sketch(app, &self.id).await?.mesh().clone(),
+            Kind::Sketch => FileMesh::from(shapes::sketch(app, &self.id).await?.mesh().clone()),
         };
         let looked_at = app.off_runtime(move || {
-            let component = largest_component(&mesh);
-            let hash = component.mesh.content_hash();
-            (component, hash, mesh.positions().len())
+            let figure = Figure::largest(&mesh);
+            let hash = figure.mesh.content_hash();
+            (figure, hash)
         });
         looked_at.await
     }
@@ -202,32 +203,30 @@ fn too_many(most: usize) -> Problem {
     Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
 }
 
-/// The rows of the first `k` eigenfunctions in the order of the uploaded file, `vertices` × k; not a number where a
-/// vertex is none of those decomposed.
-fn rows(spectrum: &Spectrum, k: usize, decomposed: &[u32], vertices: usize) -> impl Iterator<Item = f64> {
-    let mut row_of = vec![None; vertices];
-    for (row, &vertex) in decomposed.iter().enumerate() {
-        row_of[vertex as usize] = Some(row);
-    }
+/// The rows of the first `k` eigenfunctions, one per vertex of the uploaded file; not a number where a vertex is none of
+/// those decomposed.
+fn rows(spectrum: &Spectrum, k: usize, figure: &Figure) -> impl Iterator<Item = f64> {
     let eigenfunctions = spectrum.eigenfunctions.as_ref();
-    row_of
-        .into_iter()
+    figure
+        .of_file()
         .flat_map(move |row| (0..k).map(move |column| row.map_or(f64::NAN, |row| eigenfunctions[(row, column)])))
 }
 
-fn eigenfunctions(spectrum: &Spectrum, k: usize, decomposed: &[u32], vertices: usize) -> Bytes {
-    npy::file(vertices, k, rows(spectrum, k, decomposed, vertices)).into()
+fn eigenfunctions(spectrum: &Spectrum, k: usize, figure: &Figure) -> Bytes {
+    npy::file(figure.of_file().len(), k, rows(spectrum, k, figure)).into()
 }
 
-/// `eigenvalues` (k), `eigenfunctions` (vertices × k) and `mass` (vertices, 0 outside the part decomposed).
-fn tensors(spectrum: &Spectrum, k: usize, decomposed: &[u32], vertices: usize) -> Result<Bytes, SafeTensorError> {
+/// `eigenvalues` (k), `eigenfunctions` (vertices × k) and `mass` (vertices, 0 outside the part decomposed and where a lower
+/// vertex is the same one).
+fn tensors(spectrum: &Spectrum, k: usize, figure: &Figure) -> Result<Bytes, SafeTensorError> {
     let bytes = |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
+    let vertices = figure.of_file().len();
     let mut mass = vec![0.0; vertices];
-    for (row, &vertex) in decomposed.iter().enumerate() {
-        mass[vertex as usize] = spectrum.mass[row];
+    for (row, &vertex) in figure.vertices.iter().enumerate() {
+        mass[vertex as usize] += spectrum.mass[row];
     }
     let eigenvalues = bytes(&mut spectrum.eigenvalues.iter().copied().take(k));
-    let eigenfunctions = bytes(&mut rows(spectrum, k, decomposed, vertices));
+    let eigenfunctions = bytes(&mut rows(spectrum, k, figure));
     let mass = bytes(&mut mass.into_iter());
     let views = [
         ("eigenvalues", TensorView::new(Dtype::F64, vec![k], &eigenvalues)?),

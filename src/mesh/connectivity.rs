@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::disjoint_sets::DisjointSets;
 use super::edges::{self, Edges};
+use super::file_mesh::FileMesh;
 use super::{TriangleMesh, triangle_area};
 
 /// What is told of a mesh in a few numbers.
@@ -13,8 +14,9 @@ use super::{TriangleMesh, triangle_area};
 pub struct Summary {
     /// Vertices of the user's file.
     pub vertices: usize,
+    /// Triangles that the faces of the file are cut into.
     pub triangles: usize,
-    /// In squared units of the file.
+    /// Of the mended mesh, as all that follows; in squared units of the file.
     pub area: f64,
     /// Connected components; vertices of no triangle are none.
     pub components: usize,
@@ -24,17 +26,72 @@ pub struct Summary {
     pub closed: bool,
 }
 
-/// The summary of a mesh.
-pub fn summary(mesh: &TriangleMesh) -> Summary {
-    let boundary_edges = Edges::of(&mesh.triangles).boundary().count();
+/// The summary of a file's mesh.
+pub fn summary(mesh: &FileMesh) -> Summary {
+    let sound = mesh.sound();
+    let boundary_edges = Edges::of(&sound.triangles).boundary().count();
     Summary {
-        vertices: mesh.positions.len(),
-        triangles: mesh.triangles.len(),
-        area: mesh.area(),
-        components: components(mesh).list.len(),
+        vertices: mesh.positions().len(),
+        triangles: mesh.triangles().len(),
+        area: sound.area(),
+        components: components(sound).list.len(),
         boundary_edges,
         closed: boundary_edges == 0,
     }
+}
+
+/// What is told of a component of a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = MeshComponent)]
+pub struct ComponentSummary {
+    /// Its number, by which a match request names it.
+    pub component: usize,
+    /// The lowest vertex of the file on it.
+    pub first_vertex: u32,
+    /// Of the mended mesh, as all that follows.
+    pub vertices: usize,
+    pub triangles: usize,
+    /// In squared units of the file.
+    pub area: f64,
+    pub boundary_edges: usize,
+    pub closed: bool,
+    /// The lowest and the highest corner of the box around it.
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub low: [f64; 3],
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub high: [f64; 3],
+}
+
+/// The summaries of a file's components, in order of their lowest vertex.
+pub fn component_summaries(mesh: &FileMesh) -> Vec<ComponentSummary> {
+    let sound = mesh.sound();
+    let components = components(sound);
+    let of_vertices = components.of_vertices(sound);
+    let summary = |(component, extent): (usize, &Extent)| ComponentSummary {
+        component,
+        first_vertex: mesh.origins()[extent.first_vertex as usize],
+        vertices: 0,
+        triangles: extent.triangles,
+        area: extent.area,
+        boundary_edges: 0,
+        closed: true,
+        low: [f64::INFINITY; 3],
+        high: [f64::NEG_INFINITY; 3],
+    };
+    let mut summaries: Vec<ComponentSummary> = components.list.iter().enumerate().map(summary).collect();
+    for (&component, p) in of_vertices.iter().zip(&sound.positions) {
+        if let Some(summary) = summaries.get_mut(component as usize) {
+            summary.vertices += 1;
+            summary.low = [0, 1, 2].map(|i: usize| summary.low[i].min(p[i]));
+            summary.high = [0, 1, 2].map(|i: usize| summary.high[i].max(p[i]));
+        }
+    }
+    for h in Edges::of(&sound.triangles).boundary() {
+        let summary = &mut summaries[components.of_triangle[edges::triangle_of(h)] as usize];
+        summary.boundary_edges += 1;
+        summary.closed = false;
+    }
+    summaries
 }
 
 /// n flags: whether a vertex lies on the boundary.
@@ -57,39 +114,63 @@ pub struct Component {
 
 /// The component of largest area; of equals, the one with the smallest vertex. Vertices and triangles keep their order.
 pub fn largest_component(mesh: &TriangleMesh) -> Component {
-    let Components { of_triangle, list } = components(mesh);
-    let largest = (1..list.len()).fold(0, |best, c| if list[c].area > list[best].area { c } else { best });
-    let inside = |t: &usize| of_triangle[*t] as usize == largest;
-    let triangles: Vec<[u32; 3]> = (0..of_triangle.len()).filter(inside).map(|t| mesh.triangles[t]).collect();
-
-    let mut used = vec![false; mesh.positions.len()];
-    triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
-    let vertices: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
-    let mut compact = vec![0; used.len()];
-    vertices.iter().zip(0..).for_each(|(&v, id)| compact[v as usize] = id);
-    // A whole component of a valid mesh is valid: nothing that is guaranteed looks beyond it.
-    let mesh = TriangleMesh {
-        positions: vertices.iter().map(|&v| mesh.positions[v as usize]).collect(),
-        triangles: triangles.iter().map(|t| t.map(|v| compact[v as usize])).collect(),
-    };
-    Component { mesh, vertices }
+    let components = components(mesh);
+    let number = components.largest();
+    components.cut_out(mesh, number)
 }
 
 /// The connected components, in order of their smallest vertex.
-pub(super) struct Components {
+pub struct Components {
     /// Per triangle the index of its component.
     pub of_triangle: Vec<u32>,
     pub list: Vec<Extent>,
 }
 
 /// What is measured of a component.
-pub(super) struct Extent {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extent {
     pub first_vertex: u32,
     pub triangles: usize,
+    /// In squared units of the file.
     pub area: f64,
 }
 
-pub(super) fn components(mesh: &TriangleMesh) -> Components {
+impl Components {
+    /// The number of the component of largest area; of equals, the first.
+    pub fn largest(&self) -> usize {
+        (1..self.list.len()).fold(0, |best, c| if self.list[c].area > self.list[best].area { c } else { best })
+    }
+
+    /// Per vertex of the mesh its component; of a vertex of no triangle the number of components.
+    pub fn of_vertices(&self, mesh: &TriangleMesh) -> Vec<u32> {
+        let mut of_vertices = vec![self.list.len() as u32; mesh.positions.len()];
+        for (triangle, &component) in mesh.triangles.iter().zip(&self.of_triangle) {
+            triangle.iter().for_each(|&v| of_vertices[v as usize] = component);
+        }
+        of_vertices
+    }
+
+    /// A component of the mesh as a mesh of its own; vertices and triangles keep their order.
+    pub fn cut_out(&self, mesh: &TriangleMesh, number: usize) -> Component {
+        let inside = |t: &usize| self.of_triangle[*t] as usize == number;
+        let triangles: Vec<[u32; 3]> = (0..mesh.triangles.len()).filter(inside).map(|t| mesh.triangles[t]).collect();
+        let mut used = vec![false; mesh.positions.len()];
+        triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+        let vertices: Vec<u32> = (0..used.len() as u32).filter(|&v| used[v as usize]).collect();
+        let mut compact = vec![0; used.len()];
+        vertices.iter().zip(0..).for_each(|(&v, id)| compact[v as usize] = id);
+        // A whole component of a valid mesh is valid: nothing that is guaranteed looks beyond it but the area, and of
+        // components without any the largest is not asked for.
+        let mesh = TriangleMesh {
+            positions: vertices.iter().map(|&v| mesh.positions[v as usize]).collect(),
+            triangles: triangles.iter().map(|t| t.map(|v| compact[v as usize])).collect(),
+        };
+        Component { mesh, vertices }
+    }
+}
+
+/// The components of a mesh; O(n).
+pub fn components(mesh: &TriangleMesh) -> Components {
     let mut sets = DisjointSets::new(mesh.positions.len());
     for &[a, b, c] in &mesh.triangles {
         sets.join(a, b);
@@ -131,11 +212,11 @@ mod tests {
 
     #[test]
     fn sums_up() {
-        let summary = summary(&strip());
+        let summary = summary(&strip().into());
         assert_eq!((summary.vertices, summary.triangles), (12, 7));
         assert_eq!((summary.components, summary.boundary_edges, summary.closed), (2, 11, false));
         assert!((summary.area - 3.005).abs() < 1e-12);
-        assert!(super::summary(&tetrahedron()).closed);
+        assert!(super::summary(&tetrahedron().into()).closed);
     }
 
     #[test]

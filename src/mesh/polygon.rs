@@ -1,27 +1,49 @@
 //! Polygons cut into triangles.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 use super::{cross, dot, length, subtract};
 
 /// Twice the area below which a triangle counts as flat, in a polygon scaled to unit size.
 const FLAT: f64 = 1e-12;
+/// Corners times turns to the wrong side up to which it is looked whether an ear covers a corner: a second at most for all
+/// polygons of a file together.
+const LOOKED_AT: usize = 1 << 20;
 
 type Point = [f64; 2];
 
-/// n − 2 triangles that cover a polygon of n ≥ 3 different, existing vertices and nothing else, in its winding; none if
-/// there are none: the polygon crosses itself or has no area seen along the normal of its best-fit plane.
+/// A polygon in triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Cut {
+    /// In the winding of the polygon.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether they cover the polygon and nothing else: it does not cross itself and has an area seen along the normal of
+    /// its best-fit plane.
+    pub clean: bool,
+}
+
+/// n − 2 triangles whose sides are those of a polygon of n ≥ 3 corners and n − 3 diagonals. A corner may occur again, as at
+/// the bridge to a hole.
 ///
 /// Quads are cut along the shorter diagonal of those that stay inside; other polygons by ear clipping, the best-shaped
 /// ear first. The outcome does not depend on the corner the polygon starts from nor on its direction, so that a
-/// repeated polygon gives repeated triangles.
-pub(super) fn triangles(polygon: &[u32], positions: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
+/// repeated polygon gives repeated triangles. O(n log n) where all corners turn to one side.
+pub(super) fn cut(polygon: &[u32], positions: &[[f64; 3]]) -> Cut {
     if let &[a, b, c] = polygon {
-        return Some(vec![[a, b, c]]);
+        return Cut { triangles: vec![[a, b, c]], clean: true };
     }
     let (polygon, reversed) = canonical(polygon);
-    let points = projection(&polygon.iter().map(|&v| positions[v as usize]).collect::<Vec<_>>())?;
-    let corners = if points.len() == 4 { quad(&points) } else { ears(&points) }?;
+    let points = projection(&polygon.iter().map(|&v| positions[v as usize]).collect::<Vec<_>>());
+    let (corners, clean) = match points {
+        Some(points) => match quad(&points) {
+            Some(halves) => (halves, true),
+            None => ears(&points),
+        },
+        None => ((2..polygon.len()).map(|i| [0, i - 1, i]).collect(), false),
+    };
     let triangle = |[a, b, c]: [usize; 3]| if reversed { [a, c, b] } else { [a, b, c] }.map(|i| polygon[i]);
-    Some(corners.into_iter().map(triangle).collect())
+    Cut { triangles: corners.into_iter().map(triangle).collect(), clean }
 }
 
 /// The polygon from its smallest vertex on towards the smaller neighbour, and whether that reversed it.
@@ -75,7 +97,11 @@ fn squared_distance(a: Point, b: Point) -> f64 {
     (b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)
 }
 
+/// The halves of a quad that has any inside it.
 fn quad(points: &[Point]) -> Option<Vec<[usize; 3]>> {
+    if points.len() != 4 {
+        return None;
+    }
     let cuts = [([0, 2], [[0, 1, 2], [0, 2, 3]]), ([1, 3], [[1, 2, 3], [1, 3, 0]])];
     cuts.into_iter()
         .filter(|(_, halves)| halves.iter().all(|&[a, b, c]| turn(points[a], points[b], points[c]) > FLAT))
@@ -84,56 +110,112 @@ fn quad(points: &[Point]) -> Option<Vec<[usize; 3]>> {
         .map(|(_, halves)| halves.to_vec())
 }
 
-/// Ear clipping in O(n²).
-fn ears(points: &[Point]) -> Option<Vec<[usize; 3]>> {
-    if crosses_itself(points) {
-        return None;
-    }
-    let mut ring: Vec<usize> = (0..points.len()).collect();
-    let mut qualities: Vec<f64> = (0..ring.len()).map(|i| quality(points, &ring, i)).collect();
+/// Ear clipping, and whether every triangle was an ear. Where there is none, the best-shaped corner is cut off.
+fn ears(points: &[Point]) -> (Vec<[usize; 3]>, bool) {
+    let mut ring = Ring::of(points);
+    let mut queue: BinaryHeap<Ear> = (0..points.len()).map(|i| ring.ear(i)).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
-    while ring.len() >= 3 {
-        let ear = (0..ring.len()).reduce(|best, i| if qualities[i] > qualities[best] { i } else { best })?;
-        if qualities[ear] <= 0.0 {
-            return None;
+    let mut clean = ring.is_looked_at;
+    while triangles.len() + 2 < points.len() {
+        let Some(ear) = queue.pop() else { break };
+        if ear.cuts != ring.cuts[ear.corner] {
+            continue;
         }
-        triangles.push(corner(&ring, ear));
-        ring.remove(ear);
-        qualities.remove(ear);
+        clean &= ear.quality > 0.0;
+        triangles.push(ring.corner(ear.corner));
         // Only the neighbours' ears have changed.
-        let n = ring.len();
-        for i in [(ear + n - 1) % n, ear % n] {
-            qualities[i] = quality(points, &ring, i);
+        for neighbour in ring.cut_off(ear.corner) {
+            queue.push(ring.ear(neighbour));
         }
     }
-    Some(triangles)
+    (triangles, clean)
 }
 
-fn corner(ring: &[usize], i: usize) -> [usize; 3] {
-    [ring[(i + ring.len() - 1) % ring.len()], ring[i], ring[(i + 1) % ring.len()]]
+/// The corners that are left of a polygon.
+struct Ring<'a> {
+    points: &'a [Point],
+    before: Vec<usize>,
+    after: Vec<usize>,
+    /// How often a neighbour of the corner was cut off; `GONE` for one that was itself.
+    cuts: Vec<u32>,
+    /// The corners that do not turn with the polygon: in an ear that covers anything there is one of them.
+    wrong: Vec<usize>,
+    is_looked_at: bool,
 }
 
-/// Area over squared edges of the triangle at a corner of the ring; 0 where it is no ear.
-fn quality(points: &[Point], ring: &[usize], i: usize) -> f64 {
-    let indices = corner(ring, i);
-    let [a, b, c] = indices.map(|i| points[i]);
-    let area = turn(a, b, c);
-    let covers = |p: Point| turn(a, b, p) >= -FLAT && turn(b, c, p) >= -FLAT && turn(c, a, p) >= -FLAT;
-    if area <= FLAT || ring.iter().any(|i| !indices.contains(i) && covers(points[*i])) {
-        return 0.0;
+const GONE: u32 = u32::MAX;
+
+impl Ring<'_> {
+    fn of(points: &[Point]) -> Ring<'_> {
+        let n = points.len();
+        let (before, after) = ((0..n).map(|i| (i + n - 1) % n).collect(), (0..n).map(|i| (i + 1) % n).collect());
+        let mut ring = Ring { points, before, after, cuts: vec![0; n], wrong: Vec::new(), is_looked_at: true };
+        ring.wrong = (0..n).filter(|&i| ring.turn(i) <= FLAT).collect();
+        ring.is_looked_at = n.saturating_mul(ring.wrong.len()) <= LOOKED_AT;
+        ring
     }
-    area / (squared_distance(a, b) + squared_distance(b, c) + squared_distance(c, a))
+
+    fn corner(&self, i: usize) -> [usize; 3] {
+        [self.before[i], i, self.after[i]]
+    }
+
+    fn turn(&self, i: usize) -> f64 {
+        let [a, b, c] = self.corner(i).map(|i| self.points[i]);
+        turn(a, b, c)
+    }
+
+    /// How well the corner would be cut off: area over squared edges, 0 or less where it is no ear.
+    fn ear(&self, corner: usize) -> Ear {
+        let [a, b, c] = self.corner(corner).map(|i| self.points[i]);
+        let area = turn(a, b, c);
+        let quality = area / (squared_distance(a, b) + squared_distance(b, c) + squared_distance(c, a));
+        let covers = |p: Point| turn(a, b, p) >= -FLAT && turn(b, c, p) >= -FLAT && turn(c, a, p) >= -FLAT;
+        let others = self.wrong.iter().filter(|&&i| self.cuts[i] != GONE).map(|&i| self.points[i]);
+        // The two banks of a bridge stand at one place.
+        let covering = self.is_looked_at && others.filter(|p| ![a, b, c].contains(p)).any(covers);
+        let is_ear = area > FLAT && !covering;
+        // Of those that are none the best-shaped comes first too.
+        let quality = if is_ear || quality.is_nan() { quality } else { quality - 1.0 };
+        Ear { quality: if quality.is_nan() { -2.0 } else { quality }, corner, cuts: self.cuts[corner] }
+    }
+
+    /// Takes the corner out; its neighbours.
+    fn cut_off(&mut self, i: usize) -> [usize; 2] {
+        let [before, _, after] = self.corner(i);
+        self.cuts[i] = GONE;
+        self.after[before] = after;
+        self.before[after] = before;
+        [before, after].into_iter().for_each(|i| self.cuts[i] += 1);
+        [before, after]
+    }
 }
 
-fn crosses_itself(points: &[Point]) -> bool {
-    let n = points.len();
-    let edge = |i: usize| (points[i], points[(i + 1) % n]);
-    let apart = |a: f64, b: f64| (a > FLAT && b < -FLAT) || (a < -FLAT && b > FLAT);
-    let cross = |(a, b): (Point, Point), (c, d): (Point, Point)| {
-        apart(turn(a, b, c), turn(a, b, d)) && apart(turn(c, d, a), turn(c, d, b))
-    };
-    (0..n).any(|i| (i + 2..n).any(|j| cross(edge(i), edge(j))))
+/// A corner that might be cut off as it was after so many cuts beside it. The best is the greatest; of equals the first.
+struct Ear {
+    quality: f64,
+    corner: usize,
+    cuts: u32,
 }
+
+impl Ord for Ear {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.quality.total_cmp(&other.quality).then(other.corner.cmp(&self.corner))
+    }
+}
+
+impl PartialOrd for Ear {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Ear {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Ear {}
 
 #[cfg(test)]
 mod tests {
@@ -145,8 +227,8 @@ mod tests {
         outline.iter().map(|&[x, y]| [100.0 + 3.0 * x, 7.0 + 3.0 * y, -20.0 + x - 2.0 * y]).collect()
     }
 
-    fn cut(outline: &[Point]) -> Option<Vec<[u32; 3]>> {
-        triangles(&(0..outline.len() as u32).collect::<Vec<_>>(), &lifted(outline))
+    fn whole(outline: &[Point]) -> Cut {
+        cut(&(0..outline.len() as u32).collect::<Vec<_>>(), &lifted(outline))
     }
 
     fn shoelace(outline: &[Point]) -> f64 {
@@ -155,7 +237,8 @@ mod tests {
 
     /// That the triangles all wind as the outline does and together have its area: they cover it and nothing else.
     fn assert_covers(outline: &[Point]) {
-        let triangles = cut(outline).unwrap();
+        let Cut { triangles, clean } = whole(outline);
+        assert!(clean);
         assert_eq!(triangles.len(), outline.len() - 2);
         let areas = triangles.iter().map(|t| shoelace(&t.map(|v| outline[v as usize])));
         assert!(areas.clone().all(|area| area.signum() == shoelace(outline).signum()), "{triangles:?}");
@@ -208,10 +291,10 @@ mod tests {
     #[test]
     fn cuts_a_quad_along_the_shorter_diagonal_inside() {
         let kite = [[0., 0.], [3., -1.], [10., 0.], [3., 1.]];
-        assert!(cut(&kite).unwrap().iter().all(|t| t.contains(&1) && t.contains(&3)));
+        assert!(whole(&kite).triangles.iter().all(|t| t.contains(&1) && t.contains(&3)));
         // Here the shorter diagonal is outside.
         let dart = [[0., 0.], [5., 1.], [10., 0.], [5., 2.]];
-        let dart_cut = cut(&dart).unwrap();
+        let dart_cut = whole(&dart).triangles;
         assert!(dart_cut.iter().all(|t| t.contains(&1) && t.contains(&3)), "{dart_cut:?}");
         assert_covers(&dart);
     }
@@ -220,7 +303,7 @@ mod tests {
     fn does_not_depend_on_start_and_direction() {
         let positions = lifted(&COMB);
         let sorted = |polygon: &[u32]| {
-            let mut triangles = triangles(polygon, &positions).unwrap();
+            let mut triangles = cut(polygon, &positions).triangles;
             triangles.iter_mut().for_each(|t| t.sort_unstable());
             triangles.sort_unstable();
             triangles
@@ -237,8 +320,8 @@ mod tests {
     fn cuts_a_square_to_its_area_in_space() {
         let positions = lifted(&[[0., 0.], [1., 0.], [1., 1.], [0., 1.]]);
         let whole = length(cross(subtract(positions[1], positions[0]), subtract(positions[3], positions[0])));
-        let parts: f64 = triangles(&[0, 1, 2, 3], &positions)
-            .unwrap()
+        let parts: f64 = cut(&[0, 1, 2, 3], &positions)
+            .triangles
             .iter()
             .map(|t| triangle_area(t.map(|v| positions[v as usize])))
             .sum();
@@ -246,14 +329,35 @@ mod tests {
     }
 
     #[test]
-    fn gives_none_for_what_is_no_polygon() {
+    fn covers_polygons_of_very_many_corners() {
+        let circle: Vec<Point> =
+            (0..20_000).map(|i| f64::from(i) / 20_000.0 * std::f64::consts::TAU).map(|a| [a.cos(), a.sin()]).collect();
+        assert_covers(&circle);
+    }
+
+    #[test]
+    fn covers_a_face_with_a_hole_and_a_bridge_to_it() {
+        let points = [[0., 0.], [9., 0.], [9., 9.], [0., 9.], [3., 3.], [6., 3.], [6., 6.], [3., 6.]];
+        let Cut { triangles, clean } = cut(&[0, 1, 2, 3, 0, 4, 7, 6, 5, 4], &lifted(&points));
+        assert!(clean && triangles.len() == 8);
+        let areas = triangles.iter().map(|t| shoelace(&t.map(|v| points[v as usize])));
+        assert!(areas.clone().all(|area| area > 0.0));
+        assert!((areas.sum::<f64>() - 72.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn cuts_what_is_no_polygon_into_as_many_triangles() {
         let bow_tie = [[0., 0.], [1., 1.], [1., 0.], [0., 1.]];
         let line = [[0., 0.], [1., 0.], [2., 0.], [3., 0.], [4., 0.]];
         let point = [[1., 1.]; 5];
         let pentagram: Vec<Point> =
             (0..5).map(|i| f64::from(i) * 2.0 * std::f64::consts::TAU / 5.0).map(|a| [a.cos(), a.sin()]).collect();
-        for outline in [bow_tie.as_slice(), &line, &point, &pentagram] {
-            assert_eq!(cut(outline), None);
+        let jagged: Vec<Point> =
+            (0..3000).map(|i| [f64::from(i * 7919 % 3001), f64::from(i * 104_729 % 3001)]).collect();
+        for outline in [bow_tie.as_slice(), &line, &point, &pentagram, &jagged] {
+            let Cut { triangles, clean } = whole(outline);
+            assert!(!clean && triangles.len() == outline.len() - 2);
+            assert!(triangles.iter().all(|[a, b, c]| a != b && b != c && c != a));
         }
     }
 }

@@ -158,15 +158,25 @@ impl Warning {
 pub enum WarningCode {
     /// Mended: a face that occurs again was dropped.
     DuplicateFaces,
+    /// Mended: faces without area or with the same corner twice were left out, or kept only for what they join.
+    DegenerateFaces,
+    /// Mended: faces that cross themselves were cut into triangles as well as it goes.
+    CrossingFaces,
+    /// Mended: edges of more than two faces were cut, so that each has two at most.
+    CutEdges,
+    /// Mended: parts of the surface that met in a point only were parted.
+    SplitVertices,
+    /// Mended: a one-sided surface was cut open.
+    OneSided,
     /// Mended: faces were turned over to agree with their component.
     FlippedWinding,
     /// Mended: vertices of no face keep their ids and take no part in the match.
     UnreferencedVertices,
-    /// Mended: faces use the first of vertices that stand at one point.
+    /// Mended: vertices along seams became one, which the lowest of them stands for.
     MergedVertices,
     /// Lines, points or other elements of the file that are no faces were left out.
     IgnoredElements,
-    /// Only the component of largest area is matched.
+    /// The mesh is in several components, of which not all may be matched.
     SeveralComponents,
     /// Components of less than a thousandth of the area.
     IsolatedSpecks,

@@ -9,21 +9,27 @@ use super::{cross, length, subtract};
 pub(super) const LARGEST_COORDINATE: f64 = 1e50;
 /// Smallest diagonal of the box around a mesh. Areas and their products stay far from underflow.
 pub(super) const SMALLEST_DIAGONAL: f64 = 1e-50;
-/// A triangle is degenerate where its height over its longest edge is at most this share of that edge: its cotangents
-/// would drown those of the rest of the mesh.
+/// A triangle has no area where its height over its longest edge is at most this share of that edge.
 const THINNEST: f64 = 1e-10;
-/// A triangle is degenerate where its longest edge is at most this share of the mesh's diagonal.
+/// A triangle has no area where its longest edge is at most this share of the mesh's diagonal.
 const SHORTEST: f64 = 1e-12;
 
 /// Vertices with a coordinate that is not finite or too large.
 pub(super) fn coordinates(positions: &[[f64; 3]], faults: &mut Faults) {
-    for (v, position) in positions.iter().enumerate().filter(|(_, p)| !is_sound(**p)) {
+    for (v, &position) in positions.iter().enumerate() {
+        coordinates_of(position, Place::vertex(v), faults);
+    }
+}
+
+/// What is wrong with the coordinates of a vertex at this place.
+pub(super) fn coordinates_of(position: [f64; 3], place: Place, faults: &mut Faults) {
+    if !is_sound(position) {
         let detail = if position.iter().all(|x| x.is_finite()) {
             format!("a coordinate is larger than {LARGEST_COORDINATE:e}: {position:?}")
         } else {
             format!("a coordinate is not a finite number: {position:?}")
         };
-        faults.push(Place::vertex(v), detail);
+        faults.push(place, detail);
     }
 }
 
@@ -33,43 +39,38 @@ pub(super) fn is_sound(position: [f64; 3]) -> bool {
     position.iter().all(|x| x.abs() <= LARGEST_COORDINATE)
 }
 
-/// Most corners of a face: triangulation takes their square in time.
-pub(super) const MOST_CORNERS: usize = 1024;
+/// Most corners of a face.
+pub(super) const MOST_CORNERS: usize = 1 << 16;
 
-/// Whether a face's corners are at least three different vertices that exist; every reason against it otherwise.
-pub(super) fn corners(corners: &[i64], vertices: usize, place: &Place, faults: &mut Faults) -> bool {
-    let mut reasons = Vec::new();
-    if corners.len() < 3 {
-        reasons.push(format!("a face of {} corners: the least is 3", corners.len()));
-    } else if corners.len() > MOST_CORNERS {
-        reasons.push(format!("a face of more than {MOST_CORNERS} corners"));
-    } else {
-        let out_of_range = corners.iter().find(|&&v| !usize::try_from(v).is_ok_and(|v| v < vertices));
-        reasons.extend(out_of_range.map(|v| format!("vertex {v} is out of range: there are {vertices}, from 0")));
-        let repeated = (1..corners.len()).find(|&i| corners[..i].contains(&corners[i])).map(|i| corners[i]);
-        reasons.extend(repeated.map(|v| format!("vertex {v} is a corner of it twice")));
-    }
-    reasons.iter().for_each(|reason| faults.push(place.clone(), reason));
-    reasons.is_empty()
+/// Whether a triangle's corners are three different vertices that exist; every reason against it otherwise.
+pub(super) fn corners([a, b, c]: [u32; 3], vertices: usize, place: &Place, faults: &mut Faults) -> bool {
+    let out_of_range = [a, b, c].into_iter().find(|&v| v as usize >= vertices);
+    let repeated = if a == b || a == c { Some(a) } else { (b == c).then_some(b) };
+    out_of_range.iter().for_each(|&v| faults.push(place.clone(), no_such_vertex(v.into(), vertices)));
+    repeated.iter().for_each(|v| faults.push(place.clone(), format!("vertex {v} is a corner of it twice")));
+    out_of_range.is_none() && repeated.is_none()
 }
 
-/// Triangles without area, measured against the mesh. Triangles with unsound coordinates are passed over.
+/// That there is no vertex of this number.
+pub(super) fn no_such_vertex(vertex: i64, vertices: usize) -> String {
+    format!("vertex {vertex} is out of range: there are {vertices}, from 0")
+}
+
+/// That the triangles, whose vertices exist and are sound, have an area between them.
 pub(super) fn areas(positions: &[[f64; 3]], triangles: &[[u32; 3]], faults: &mut Faults) {
-    let corners = |triangle: &[u32; 3]| {
-        let corners = triangle.map(|v| positions[v as usize]);
-        corners.iter().all(|&p| is_sound(p)).then_some(corners)
-    };
-    let Some(diagonal) = diagonal(triangles.iter().filter_map(corners).flatten()) else { return };
-    if diagonal < SMALLEST_DIAGONAL {
-        let detail = format!("the mesh is only {diagonal:e} across: the least is {SMALLEST_DIAGONAL:e}");
-        return faults.push(Place::file(), detail);
+    if !triangles.is_empty() && flat(positions, triangles).iter().all(|&flat| flat) {
+        faults.push(Place::file(), NO_AREA);
     }
-    for (t, triangle) in triangles.iter().enumerate() {
-        if corners(triangle).is_some_and(|c| is_degenerate(c, diagonal)) {
-            let [a, b, c] = triangle;
-            faults.push(Place::face(t), format!("the triangle of vertices {a}, {b}, {c} has no area"));
-        }
-    }
+}
+
+/// What is said of a mesh without area.
+pub(super) const NO_AREA: &str = "no face has an area that could be matched";
+
+/// m flags: whether a triangle of existing vertices with sound coordinates has no area beside its sides and the mesh.
+pub(super) fn flat(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<bool> {
+    let corners = |triangle: &[u32; 3]| triangle.map(|v| positions[v as usize]);
+    let diagonal = diagonal(triangles.iter().flat_map(corners)).unwrap_or(0.0);
+    triangles.iter().map(|t| diagonal < SMALLEST_DIAGONAL || is_degenerate(corners(t), diagonal)).collect()
 }
 
 /// Diagonal of the box around the points; none where there are no points.

@@ -1,149 +1,68 @@
-//! From a user's file to a proven mesh: what can be mended safely is mended and told, the rest is refused with every
-//! reason.
+//! From a user's file to a mesh that can be matched: whatever can be mended is mended and told, the rest is refused with
+//! every reason.
 
-use super::TriangleMesh;
-use super::edges::Edges;
+use super::cut::Cut;
+use super::file_mesh::FileMesh;
 use super::formats::{self, Format, Limits, Polygons};
-use super::refusal::{Faults, Place, Refusal, Warning, WarningCode};
-use super::{polygon, soundness, warnings, winding};
+use super::mending::Mends;
+use super::refusal::{Faults, Place, Refusal, Warning};
+use super::{soundness, warnings};
 
 /// A file's mesh, and what is to be known of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
-    pub mesh: TriangleMesh,
+    pub mesh: FileMesh,
     pub warnings: Vec<Warning>,
 }
 
-/// The mesh of a file, its vertices those of the file in their order.
+/// The mesh of a file, its vertices those of the file in their order, and what was mended for it, each kind with its
+/// places.
 ///
-/// Mended with a warning: repeated faces, inconsistent winding, vertices of no face. Refused: what exceeds the limits,
-/// what cannot be read, and what is no valid mesh even then, every reason with its vertex, face and line.
+/// Refused: what exceeds the limits, what cannot be read, faces of vertices that are nowhere, and what leaves no surface to
+/// match; every reason with its vertex, face and line.
 pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported, Refusal> {
     limits.admit_bytes(bytes.len())?;
     let polygons = formats::read(bytes, format, limits)?;
     let mut faults = Faults::default();
-    let mut warnings = warnings::of_file(&polygons);
+    for (count, unit) in [(polygons.positions.len(), "vertices"), (polygons.faces().len(), "faces")] {
+        if count == 0 {
+            faults.push(Place::file(), format!("there are no {unit}"));
+        }
+    }
     let cut = Cut::of(&polygons, &mut faults);
-    let (cut, duplicates) = cut.without_duplicates();
-    warnings.extend(duplicates.map(|faces| {
-        let detail = format!("{} faces repeat another face and are dropped", faces.len());
-        Warning::new(WarningCode::DuplicateFaces, detail, faces.iter().map(|&f| polygons.face_place(f)))
-    }));
-    let (cut, flipped) = cut.proven(&polygons, &mut faults);
     faults.into_result()?;
-    warnings.extend(flipped.map(|faces| {
-        let detail = format!("{} faces are turned over to agree with their neighbours", faces.len());
-        Warning::new(WarningCode::FlippedWinding, detail, faces.iter().map(|&f| polygons.face_place(f)))
-    }));
-    warnings.extend(warnings::of_unreferenced(&polygons, &cut.triangles));
-    let mesh = TriangleMesh::new(polygons.positions, cut.triangles)?;
-    warnings.extend(warnings::of_components(&mesh));
-    Ok(Imported { mesh, warnings })
+    let mut told = warnings::of_file(&polygons, &cut);
+    let (mesh, mends) = FileMesh::of(polygons.positions.clone(), cut.triangles.clone());
+    let mesh = mesh.ok_or_else(|| nothing_left(&polygons, &cut, &mends))?;
+    told.extend(warnings::of_mends(&polygons, &cut, &mends, &mesh));
+    told.extend(warnings::of_unreferenced(&polygons, &cut.triangles));
+    told.extend(warnings::of_components(&mesh));
+    Ok(Imported { mesh, warnings: told })
 }
 
-/// The triangles that the polygons of a file are cut into.
-struct Cut {
-    triangles: Vec<[u32; 3]>,
-    /// Per triangle the face it is part of.
-    faces: Vec<usize>,
-    /// Whether no face had to be left out.
-    complete: bool,
-}
-
-impl Cut {
-    fn of(polygons: &Polygons, faults: &mut Faults) -> Cut {
-        for (count, unit) in [(polygons.positions.len(), "vertices"), (polygons.faces().len(), "faces")] {
-            if count == 0 {
-                faults.push(Place::file(), format!("there are no {unit}"));
-            }
-        }
-        let mut cut = Cut { triangles: Vec::new(), faces: Vec::new(), complete: true };
-        for (f, corners) in polygons.faces().enumerate() {
-            match cut_face(corners, polygons, &polygons.face_place(f), faults) {
-                Some(triangles) => {
-                    cut.faces.extend(std::iter::repeat_n(f, triangles.len()));
-                    cut.triangles.extend(triangles);
-                }
-                None => cut.complete = false,
-            }
-        }
-        cut
+/// Why a file with faces has no surface that could be matched.
+fn nothing_left(polygons: &Polygons, cut: &Cut, mends: &Mends) -> Refusal {
+    let mut faults = Faults::default();
+    for &face in &cut.too_few {
+        let corners = polygons.faces().nth(face).map_or(0, <[i64]>::len);
+        faults.push(polygons.face_place(face), format!("a face of {corners} corners: the least is 3"));
     }
-
-    /// The same without triangles that occurred before, and the faces that lost some.
-    fn without_duplicates(self) -> (Cut, Option<Vec<usize>>) {
-        let firsts = soundness::firsts(&self.triangles);
-        let (mut kept, mut dropped) = (Cut { triangles: Vec::new(), faces: Vec::new(), ..self }, Vec::new());
-        for (t, &first) in firsts.iter().enumerate() {
-            if t == first {
-                kept.triangles.push(self.triangles[t]);
-                kept.faces.push(self.faces[t]);
-            } else {
-                dropped.push(self.faces[t]);
-            }
-        }
-        (kept, distinct(dropped))
-    }
-
-    /// The same wound consistently, and the faces turned over for it. All that is wrong is a fault.
-    fn proven(mut self, polygons: &Polygons, faults: &mut Faults) -> (Cut, Option<Vec<usize>>) {
-        let mut found = Faults::default();
-        let positions = &polygons.positions;
-        soundness::coordinates(positions, &mut found);
-        let edges = Edges::of(&self.triangles);
-        soundness::areas(positions, &self.triangles, &mut found);
-        soundness::crowded_edges(&edges, &mut found);
-        // A face left out would tear the fans around its vertices.
-        if self.complete {
-            soundness::fans(positions.len(), &self.triangles, &edges, &mut found);
-        }
-        let flipped = winding::inconsistent(positions, &self.triangles, &edges, &mut found);
-        for triangle in self.triangles.iter_mut().zip(&flipped).filter_map(|(t, &flip)| flip.then_some(t)) {
-            triangle.swap(1, 2);
-        }
-        for fault in found.listed {
-            faults.push(self.in_file(fault.place, polygons), fault.detail);
-        }
-        faults.unlisted += found.unlisted;
-        let faces = (0..flipped.len()).filter(|&t| flipped[t]).map(|t| self.faces[t]).collect();
-        (self, distinct(faces))
-    }
-
-    /// A place in triangles as one in the faces and lines of the file.
-    fn in_file(&self, place: Place, polygons: &Polygons) -> Place {
-        let at = match (place.face, place.vertices.as_slice()) {
-            (Some(t), _) => polygons.face_place(self.faces[t as usize]),
-            (None, &[v]) => polygons.vertex_place(v as usize),
-            _ => Place::file(),
+    cut.collapsed
+        .iter()
+        .for_each(|&face| faults.push(polygons.face_place(face), "its corners are one or two vertices"));
+    let degenerate = mends.degenerate.iter().chain(&mends.flat).map(|&t| (cut.faces[t], cut.triangles[t]));
+    for (face, [a, b, c]) in degenerate {
+        let detail = if a == b || b == c || c == a {
+            "a vertex is a corner of it twice".to_owned()
+        } else {
+            format!("the triangle of vertices {a}, {b}, {c} has no area")
         };
-        Place { vertices: place.vertices, ..at }
+        faults.push(polygons.face_place(face), detail);
     }
-}
-
-/// The ascending numbers once each; none for an empty list.
-fn distinct(mut numbers: Vec<usize>) -> Option<Vec<usize>> {
-    numbers.dedup();
-    (!numbers.is_empty()).then_some(numbers)
-}
-
-/// The triangles of one face; none where it is at fault.
-fn cut_face(corners: &[i64], polygons: &Polygons, place: &Place, faults: &mut Faults) -> Option<Vec<[u32; 3]>> {
-    let positions = &polygons.positions;
-    if !soundness::corners(corners, positions.len(), place, faults) {
-        return None;
+    if faults.is_empty() {
+        faults.push(Place::file(), soundness::NO_AREA);
     }
-    let polygon: Vec<u32> = corners.iter().map(|&v| v as u32).collect();
-    // A polygon cannot be cut where a corner is nowhere; the corner is a fault of its own.
-    let cuttable = polygon.len() == 3 || polygon.iter().all(|&v| soundness::is_sound(positions[v as usize]));
-    if !cuttable {
-        return None;
-    }
-    let triangles = polygon::triangles(&polygon, positions);
-    if triangles.is_none() {
-        let n = polygon.len();
-        faults.push(place.clone(), format!("its {n} corners make no polygon: it crosses itself or has no area"));
-    }
-    triangles
+    Refusal::Invalid(faults)
 }
 
 #[cfg(test)]
@@ -151,7 +70,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mesh::TriangleMesh;
     use crate::mesh::connectivity;
+    use crate::mesh::refusal::WarningCode;
 
     fn obj(text: &str) -> Result<Imported, Refusal> {
         import(text.as_bytes(), Format::Obj, &Limits::default())
@@ -181,7 +102,7 @@ mod tests {
         let summary = connectivity::summary(&cube.mesh);
         assert_eq!((summary.vertices, summary.triangles, summary.closed), (8, 12, true));
         assert!((summary.area - 6.0).abs() < 1e-12);
-        assert!((volume(&cube.mesh) - 1.0).abs() < 1e-12);
+        assert!((volume(cube.mesh.sound()) - 1.0).abs() < 1e-12);
     }
 
     #[test]
@@ -192,7 +113,7 @@ mod tests {
         });
         let cube = obj(&inward.collect::<String>()).unwrap();
         assert_eq!(codes(&cube), []);
-        assert!((volume(&cube.mesh) + 1.0).abs() < 1e-12);
+        assert!((volume(cube.mesh.sound()) + 1.0).abs() < 1e-12);
     }
 
     #[test]
@@ -202,7 +123,7 @@ mod tests {
             CUBE.replace("f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6", "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2");
         let cube = obj(&text).unwrap();
         assert_eq!(codes(&cube), [WarningCode::FlippedWinding]);
-        assert!((volume(&cube.mesh) - 1.0).abs() < 1e-12);
+        assert!((volume(cube.mesh.sound()) - 1.0).abs() < 1e-12);
         let places: Vec<_> = cube.warnings[0].places.iter().map(|place| (place.face, place.line)).collect();
         assert_eq!(places, [0, 1, 2, 3].map(|f| (Some(f), Some(9 + f))));
     }
@@ -212,7 +133,8 @@ mod tests {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 0\nf 1 2 3\nf 2 3 4\n";
         let sheet = obj(text).unwrap();
         assert_eq!(codes(&sheet), [WarningCode::FlippedWinding]);
-        assert_eq!(sheet.mesh.triangles(), [[0, 2, 1], [1, 2, 3]]);
+        assert_eq!(sheet.mesh.sound().triangles(), [[0, 2, 1], [1, 2, 3]]);
+        assert_eq!(sheet.mesh.triangles(), [[0, 1, 2], [1, 2, 3]]);
     }
 
     #[test]
@@ -220,7 +142,7 @@ mod tests {
         let cube = obj(&format!("{CUBE}f 7 3 4 8\nf 2 3 4 1\n")).unwrap();
         assert_eq!(codes(&cube), [WarningCode::DuplicateFaces]);
         assert_eq!(cube.warnings[0].places.iter().map(|p| p.face).collect::<Vec<_>>(), [Some(6), Some(7)]);
-        assert_eq!(cube.mesh, obj(CUBE).unwrap().mesh);
+        assert_eq!(cube.mesh.sound(), obj(CUBE).unwrap().mesh.sound());
     }
 
     #[test]
@@ -244,15 +166,23 @@ mod tests {
 
     #[test]
     fn refuses_with_every_reason_in_its_place() {
-        let text = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 1 inf 0\nv 2 0 0\nv 0 3 0\n\
-                    f 1 2 9\nf 1 2 2\nf 1 2 5\nf 1 2\nf 1 2 6\nf 2 1 4 3\n";
+        let text = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 1 inf 0\nv 2 0 0\nv 0 3 0\nf 1 2 9\nf 1 2 6\nf 2 1 4 3\n";
         let expected = [
             "line 7, face 0: vertex 8 is out of range: there are 6, from 0",
-            "line 8, face 1: vertex 1 is a corner of it twice",
-            "line 10, face 3: a face of 2 corners: the least is 3",
             "line 3, vertex 2: a coordinate is not a finite number: [NaN, 1.0, 0.0]",
             "line 4, vertex 3: a coordinate is not a finite number: [1.0, inf, 0.0]",
-            "line 9, face 2: the triangle of vertices 0, 1, 4 has no area",
+        ];
+        assert_eq!(reasons(text), expected);
+    }
+
+    #[test]
+    fn refuses_what_leaves_no_surface_with_every_face() {
+        let text = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 2\nf 1 2 3\nf 1 2\nf 1 1 2 2\n";
+        let expected = [
+            "line 6, face 2: a face of 2 corners: the least is 3",
+            "line 7, face 3: its corners are one or two vertices",
+            "line 4, face 0: a vertex is a corner of it twice",
+            "line 5, face 1: the triangle of vertices 0, 1, 2 has no area",
         ];
         assert_eq!(reasons(text), expected);
     }
@@ -263,20 +193,45 @@ mod tests {
         assert_eq!(reasons("v 0 0 0\n"), ["file: there are no faces"]);
     }
 
-    #[test]
-    fn refuses_what_is_no_surface() {
-        let wing = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n";
-        assert_eq!(reasons(wing), ["line 6, face 0, edge 0–1: 3 triangles meet at this edge: an edge has one or two"]);
-        let bow_tie = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n";
-        let reason = "line 1, vertex 0: 2 separate fans of triangles meet at this vertex: one is allowed";
-        assert_eq!(reasons(bow_tie), [reason]);
-        let crossed = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n";
-        let reason = "line 5, face 0: its 4 corners make no polygon: it crosses itself or has no area";
-        assert_eq!(reasons(crossed), [reason]);
+    fn summary(imported: &Imported) -> (usize, usize, bool) {
+        let summary = connectivity::summary(&imported.mesh);
+        (summary.components, summary.boundary_edges, summary.closed)
     }
 
     #[test]
-    fn refuses_a_moebius_strip() {
+    fn an_edge_of_three_faces_is_cut() {
+        let fin = obj(&format!("{CUBE}v 2 2 2\nf 1 2 9\n")).unwrap();
+        assert_eq!(codes(&fin), [WarningCode::CutEdges, WarningCode::SplitVertices, WarningCode::SeveralComponents]);
+        assert_eq!(fin.warnings[0].places, [Place::edge(0, 1)]);
+        assert_eq!(summary(&fin), (2, 3, false));
+        // The cube is whole, and the fin's vertices are still those of the file.
+        assert_eq!(fin.mesh.origins(), [0, 0, 1, 1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(fin.mesh.sound_vertices(1), 2..4);
+    }
+
+    #[test]
+    fn a_wall_inside_is_parted_from_the_body() {
+        // Two cubes side by side, and the face between them once.
+        let text = CUBE.replace("f 2 3 7 6\n", "")
+            + "v 2 0 0\nv 2 1 0\nv 2 0 1\nv 2 1 1\nf 3 10 9 2\nf 6 11 12 7\nf 2 9 11 6\nf 10 3 7 12\nf 9 10 12 11\nf 2 3 7 6\n";
+        let walled = obj(&text).unwrap();
+        assert!(codes(&walled).contains(&WarningCode::CutEdges));
+        assert_eq!(summary(&walled), (2, 4, false));
+        let body = connectivity::largest_component(walled.mesh.sound()).mesh;
+        assert!((body.area() - 10.0).abs() < 1e-12 && (volume(&body) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn fans_that_meet_in_a_point_are_parted() {
+        let bow_tie = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n";
+        let imported = obj(bow_tie).unwrap();
+        assert_eq!(codes(&imported), [WarningCode::SplitVertices, WarningCode::SeveralComponents]);
+        assert_eq!(imported.warnings[0].places, [Place { line: Some(1), ..Place::vertex(0) }]);
+        assert_eq!(imported.mesh.origins(), [0, 0, 1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn a_strip_of_moebius_is_cut_open() {
         let n = 12;
         let mut text = String::new();
         for i in 0..n {
@@ -292,15 +247,136 @@ mod tests {
             let (c, d) = if i + 1 < n { (a + 2, b + 2) } else { (2, 1) };
             text += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
         }
-        let reasons = reasons(&text);
-        assert!(reasons.len() == 1 && reasons[0].contains("one-sided"), "{reasons:?}");
+        let strip = obj(&text).unwrap();
+        assert!(codes(&strip).contains(&WarningCode::OneSided));
+        assert_eq!((summary(&strip).0, strip.mesh.sound().triangles().len()), (1, 24));
+    }
+
+    /// The cube with every face on vertices of its own, each moved by up to this much.
+    fn apart(noise: f64) -> String {
+        let (vertices, faces): (Vec<&str>, Vec<&str>) = CUBE.lines().partition(|line| line.starts_with('v'));
+        let corner = |corner: &str| vertices[corner.parse::<usize>().unwrap() - 1].to_owned();
+        let corners = faces.iter().flat_map(|face| face.split(' ').skip(1).map(corner)).enumerate();
+        let moved = corners.map(|(i, line)| {
+            let shifted = line.split(' ').skip(1).enumerate().map(|(axis, x)| {
+                let x: f64 = x.parse().unwrap();
+                format!("{}", x + noise * ((7 * i + 3 * axis) % 5) as f64 / 5.0)
+            });
+            format!("v {}\n", shifted.collect::<Vec<_>>().join(" "))
+        });
+        let own = (0..6).map(|f| format!("f {} {} {} {}\n", 4 * f + 1, 4 * f + 2, 4 * f + 3, 4 * f + 4));
+        moved.collect::<String>() + &own.collect::<String>()
+    }
+
+    #[test]
+    fn seams_close_where_vertices_nearly_meet_and_nowhere_else() {
+        for noise in [0.0, 1e-7] {
+            let cube = obj(&apart(noise)).unwrap();
+            assert_eq!(codes(&cube), [WarningCode::MergedVertices]);
+            assert_eq!(summary(&cube), (1, 0, true));
+            assert_eq!((cube.mesh.positions().len(), cube.mesh.sound().positions().len()), (24, 8));
+            assert!((volume(cube.mesh.sound()) - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(summary(&obj(&apart(1e-3)).unwrap()).0, 6);
+    }
+
+    #[test]
+    fn vertices_of_a_sound_mesh_that_stand_at_one_place_stay_apart() {
+        // A second cube that touches the first in a vertex of each.
+        let second: String = CUBE
+            .lines()
+            .map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+                ["v", x, y, z] => {
+                    let moved = [x, y, z].map(|x| (x.parse::<i32>().unwrap() + 1).to_string());
+                    format!("v {}\n", moved.join(" "))
+                }
+                ["f", ref corners @ ..] => {
+                    let moved: Vec<String> =
+                        corners.iter().map(|c| (c.parse::<i32>().unwrap() + 8).to_string()).collect();
+                    format!("f {}\n", moved.join(" "))
+                }
+                _ => String::new(),
+            })
+            .collect();
+        let cubes = obj(&format!("{CUBE}{second}")).unwrap();
+        assert_eq!(codes(&cubes), [WarningCode::SeveralComponents]);
+        assert_eq!((summary(&cubes), cubes.mesh.mends()), ((2, 0, true), None));
+    }
+
+    #[test]
+    fn a_second_side_is_dropped_whether_or_not_it_has_vertices_of_its_own() {
+        let back = CUBE.lines().filter_map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+            ["f", a, b, c, d] => Some([d, c, b, a].map(|v| v.parse::<usize>().unwrap())),
+            _ => None,
+        });
+        let faces = |first: usize| {
+            back.clone().map(move |[a, b, c, d]| format!("f {} {} {} {}\n", a + first, b + first, c + first, d + first))
+        };
+        let same: String = faces(0).collect();
+        let vertices: String =
+            CUBE.lines().filter(|line| line.starts_with('v')).map(|line| format!("{line}\n")).collect();
+        let own = vertices + &faces(8).collect::<String>();
+        for (besides, merged) in [(same, vec![]), (own, vec![WarningCode::MergedVertices])] {
+            let cube = obj(&format!("{CUBE}{besides}")).unwrap();
+            assert_eq!(codes(&cube), [merged, vec![WarningCode::DuplicateFaces]].concat());
+            assert_eq!((summary(&cube), cube.mesh.triangles().len()), ((1, 0, true), 24));
+            assert_eq!(cube.mesh.sound(), obj(CUBE).unwrap().mesh.sound());
+        }
+    }
+
+    #[test]
+    fn faces_without_area_are_left_out_or_kept_for_what_they_join() {
+        // A corner on the middle of an edge, and the sliver that fills the crack.
+        let text = CUBE.replace("f 5 6 7 8", "v 0.5 0 1\nf 9 6 7 8\nf 9 8 5\nf 5 6 9\nf 1 2 2");
+        let cube = obj(&text).unwrap();
+        assert_eq!(codes(&cube), [WarningCode::DegenerateFaces]);
+        assert_eq!(cube.warnings[0].places.iter().map(|p| p.face).collect::<Vec<_>>(), [Some(4), Some(3)]);
+        assert_eq!(summary(&cube), (1, 0, true));
+        assert_eq!(cube.mesh.triangles().len(), 15);
+    }
+
+    #[test]
+    fn poles_of_repeated_vertices_close() {
+        let n = 12;
+        let mut text = String::new();
+        for row in 0..=6 {
+            for column in 0..=n {
+                let (latitude, longitude) = (f64::from(row) / 6.0, f64::from(column % n) / f64::from(n));
+                let (ring, z) = (std::f64::consts::PI * latitude).sin_cos();
+                // Sines of whole turns are not quite zero.
+                let ring = if row == 0 || row == 6 { 0.0 } else { ring };
+                let (y, x) = (std::f64::consts::TAU * longitude).sin_cos();
+                text += &format!("v {} {} {z}\n", ring * x, ring * y);
+            }
+        }
+        for (row, column) in (0..6).flat_map(|row| (0..n).map(move |column| (row, column))) {
+            let (a, b) = (row * (n + 1) + column + 1, (row + 1) * (n + 1) + column + 1);
+            text += &format!("f {a} {b} {} {}\n", b + 1, a + 1);
+        }
+        let ball = obj(&text).unwrap();
+        assert_eq!(codes(&ball), [WarningCode::MergedVertices, WarningCode::DegenerateFaces]);
+        assert_eq!((summary(&ball), ball.mesh.sound().positions().len()), ((1, 0, true), 5 * 12 + 2));
+    }
+
+    #[test]
+    fn a_crossed_quad_is_cut_and_told() {
+        let crossed = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n";
+        let imported = obj(crossed).unwrap();
+        assert_eq!(codes(&imported)[0], WarningCode::CrossingFaces);
+        assert_eq!(imported.mesh.triangles().len(), 2);
+    }
+
+    #[test]
+    fn a_vertex_that_is_nowhere_and_of_no_face_is_told() {
+        let imported = obj(&format!("{CUBE}v nan nan nan\n")).unwrap();
+        assert_eq!(codes(&imported), [WarningCode::UnreferencedVertices]);
+        assert!(imported.warnings[0].detail.contains("no number"), "{:?}", imported.warnings);
+        assert!(imported.mesh.positions()[8][0].is_nan());
     }
 
     #[test]
     fn caps_the_faults_it_lists() {
-        let Err(Refusal::Invalid(faults)) = obj(&format!("{}f 1 2 3\n", "v nan 0 0\n".repeat(250))) else {
-            panic!("accepted")
-        };
+        let Err(Refusal::Invalid(faults)) = obj(&"v 0 0 0\nf 1 2 999\n".repeat(250)) else { panic!("accepted") };
         assert_eq!((faults.listed.len(), faults.unlisted), (Faults::LISTED, 150));
     }
 
@@ -311,7 +387,7 @@ mod tests {
         assert_eq!(refusal, Refusal::TooLarge { unit: "bytes", found: CUBE.len() as u64, limit: 10 });
     }
 
-    const FORMATS: [Format; 5] = [Format::Obj, Format::Off, Format::Ply, Format::Stl, Format::Glb];
+    const FORMATS: [Format; 6] = [Format::Obj, Format::Off, Format::Ply, Format::Stl, Format::Glb, Format::Gltf];
 
     const OFF: &str = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
     const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -358,7 +434,7 @@ mod tests {
             }
             for format in FORMATS {
                 if let Ok(imported) = import(&bytes, format, &Limits::default()) {
-                    prop_assert!(imported.mesh.area().is_finite() && imported.mesh.area() > 0.0);
+                    prop_assert!(imported.mesh.sound().area().is_finite() && imported.mesh.sound().area() > 0.0);
                 }
             }
         }

@@ -1,63 +1,50 @@
 //! Triangles turned over so that neighbours agree.
 
-use super::edges::{self, Edges, HalfEdge};
-use super::refusal::{Faults, Place};
+use super::edges::{self, HalfEdge, triangle_of};
+use super::mending::gluing::ALONE;
 use super::{cross, dot, subtract, triangle_area};
 
-/// Marks a half-edge without a partner.
-const ALONE: HalfEdge = HalfEdge::MAX;
+/// How the triangles of a surface are turned to one side.
+pub(super) struct Winding {
+    /// Per triangle whether to turn it over.
+    pub flipped: Vec<bool>,
+    /// The half-edges that were parted because no winding of a one-sided surface agrees there, one of each edge.
+    pub parted: Vec<HalfEdge>,
+}
 
-/// m flags: the triangles to turn over so that neighbours run along their common edge in opposite directions.
+/// The winding in which neighbours run along their common edge in opposite directions; `places` tells which way a half-edge
+/// runs. Edges at which a one-sided surface, such as a Möbius strip, contradicts itself are parted in `partners`.
 ///
 /// In every component the winding of the larger area stays (of equals, that of the first triangle). A component that was
-/// consistent stays as it is; one that was not and is closed is turned outward. A component that cannot be oriented is a
-/// fault at the first edge that shows it, and stays. Edges of more than two triangles do not connect.
-pub(super) fn inconsistent(
+/// consistent stays as it is; one that was not and is closed is turned outward.
+pub(super) fn wound(
     positions: &[[f64; 3]],
     triangles: &[[u32; 3]],
-    edges: &Edges,
-    faults: &mut Faults,
-) -> Vec<bool> {
-    let partners = partners(triangles.len(), edges);
-    let mut flipped = vec![false; triangles.len()];
+    places: &[u32],
+    partners: &mut [HalfEdge],
+) -> Winding {
+    let start = |h: HalfEdge| places[edges::ends(triangles, h)[0] as usize];
+    let mut winding = Winding { flipped: vec![false; triangles.len()], parted: Vec::new() };
     let mut visited = vec![false; triangles.len()];
-    for start in 0..triangles.len() {
-        if visited[start] {
-            continue;
-        }
-        match oriented(start, triangles, &partners, &mut visited, &mut flipped) {
-            Ok(component) => settle(positions, triangles, &partners, &component, &mut flipped),
-            Err(h) => {
-                let [a, b] = edges::ends(triangles, h);
-                let place = Place { face: Some(edges::triangle_of(h) as u64), ..Place::edge(a, b) };
-                faults.push(place, "the surface is one-sided: no winding of its faces agrees at this edge");
-            }
+    for first in 0..triangles.len() {
+        if !visited[first] {
+            let component = oriented(first, start, partners, &mut visited, &mut winding);
+            settle(positions, triangles, partners, &component, &mut winding.flipped);
         }
     }
-    flipped
+    winding
 }
 
-/// Per half-edge the other one on its edge.
-fn partners(triangles: usize, edges: &Edges) -> Vec<HalfEdge> {
-    let mut partners = vec![ALONE; 3 * triangles];
-    for [g, h] in edges.pairs() {
-        partners[g as usize] = h;
-        partners[h as usize] = g;
-    }
-    partners
-}
-
-/// The component of `start`, flags set so that all agree with `start`; the half-edge of a contradiction if there is one.
+/// The component of `first`, flags set so that all agree with `first` but across the edges that are parted for it.
 fn oriented(
-    start: usize,
-    triangles: &[[u32; 3]],
-    partners: &[HalfEdge],
+    first: usize,
+    start: impl Fn(HalfEdge) -> u32,
+    partners: &mut [HalfEdge],
     visited: &mut [bool],
-    flipped: &mut [bool],
-) -> Result<Vec<usize>, HalfEdge> {
-    let mut component = vec![start];
-    let mut contradiction = None;
-    visited[start] = true;
+    Winding { flipped, parted }: &mut Winding,
+) -> Vec<usize> {
+    let mut component = vec![first];
+    visited[first] = true;
     let mut reached = 0;
     while let Some(&t) = component.get(reached) {
         reached += 1;
@@ -66,27 +53,22 @@ fn oriented(
             if h == ALONE {
                 continue;
             }
-            let u = edges::triangle_of(h);
-            let parallel = edges::ends(triangles, g) == edges::ends(triangles, h);
+            let u = triangle_of(h);
+            let parallel = start(g) == start(h);
             if !visited[u] {
                 visited[u] = true;
                 flipped[u] = flipped[t] ^ parallel;
                 component.push(u);
             } else if flipped[u] != flipped[t] ^ parallel {
-                contradiction.get_or_insert(g);
+                parted.push(g);
+                [partners[g as usize], partners[h as usize]] = [ALONE; 2];
             }
         }
     }
-    match contradiction {
-        None => Ok(component),
-        Some(h) => {
-            component.iter().for_each(|&t| flipped[t] = false);
-            Err(h)
-        }
-    }
+    component
 }
 
-/// Chooses between the two windings of an orientable component.
+/// Chooses between the two windings of a component.
 fn settle(
     positions: &[[f64; 3]],
     triangles: &[[u32; 3]],

@@ -7,6 +7,7 @@ pub mod block_lanczos;
 pub mod cholesky;
 pub mod conjugate_gradient;
 pub mod cosamp;
+pub mod distance_transform;
 pub mod least_squares;
 pub mod nelder_mead;
 pub mod patched_rows;

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use super::colour::Colour;
 use super::normals::vertex_normals;
-use crate::mesh::TriangleMesh;
+use super::surface;
+use crate::mesh::file_mesh::FileMesh;
 
 /// Single precision holds the coordinates of a file well where the mesh is no farther from the origin than this many
 /// times its extent.
@@ -20,8 +21,10 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// Bytes of three numbers.
 const STRIDE: usize = 12;
+/// Where a vertex of no triangle faces.
+const NOWHERE: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// The mesh with the colours of its vertices as a GLB file: one primitive with `POSITION`, `NORMAL`, `COLOR_0` (linear, as
+/// The mesh of a file with the colours of the sound mesh's vertices as a GLB file: one primitive with `POSITION`, `NORMAL`, `COLOR_0` (linear, as
 /// glTF has it) and indices. Vertices and triangles keep their order.
 ///
 /// Coordinates are those of the mesh. One that single precision would spoil, because it is far from the origin or very
@@ -29,10 +32,12 @@ const STRIDE: usize = 12;
 ///
 /// # Errors
 /// What the encoder reports: the file would be larger than 4 GiB.
-pub fn file(mesh: &TriangleMesh, colours: &[Colour]) -> Result<Vec<u8>, gltf::Error> {
+pub fn file(mesh: &FileMesh, colours: &[Colour]) -> Result<Vec<u8>, gltf::Error> {
     let positions = single(mesh);
-    let normals = vertex_normals(mesh).into_iter().map(|normal| normal.map(|x| x as f32));
-    let colours = colours.iter().map(|colour| colour.0.map(|x| x as f32));
+    let normals = vertex_normals(mesh.sound());
+    let sound = || (0..positions.len() as u32).map(|v| mesh.sound_vertices(v).next().map(|sound| sound as usize));
+    let colours = sound().map(|v| v.map_or(surface::plain(), |v| colours[v]).0.map(|x| x as f32));
+    let normals = sound().map(|v| v.map_or(NOWHERE, |v| normals[v]).map(|x| x as f32));
     let (n, m) = (positions.len(), mesh.triangles().len());
     let mut data = Vec::with_capacity(STRIDE * (3 * n + m));
     let floats = |data: &mut Vec<u8>, triple: [f32; 3]| data.extend(triple.map(f32::to_le_bytes).as_flattened());
@@ -85,7 +90,7 @@ fn description(positions: &[[f32; 3]], m: usize) -> Value {
 }
 
 /// The vertices in single precision, all finite.
-fn single(mesh: &TriangleMesh) -> Vec<[f32; 3]> {
+fn single(mesh: &FileMesh) -> Vec<[f32; 3]> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for &v in mesh.triangles().as_flattened() {
         let p = mesh.positions()[v as usize];
@@ -99,8 +104,8 @@ fn single(mesh: &TriangleMesh) -> Vec<[f32; 3]> {
     } else {
         (std::array::from_fn(|i| low[i] + 0.5 * (high[i] - low[i])), extent.recip())
     };
-    // Vertices of no triangle may lie anywhere.
-    let within = |x: f64| (x as f32).clamp(f32::MIN, f32::MAX);
+    // Vertices of no triangle may lie anywhere, or nowhere.
+    let within = |x: f64| if x.is_nan() { 0.0 } else { (x as f32).clamp(f32::MIN, f32::MAX) };
     mesh.positions().iter().map(|p| std::array::from_fn(|i| within((p[i] - middle[i]) * scale))).collect()
 }
 
@@ -110,6 +115,7 @@ mod tests {
 
     use super::super::fixtures::cube;
     use super::*;
+    use crate::mesh::TriangleMesh;
     use crate::mesh::formats::{Format, Limits};
     use crate::mesh::validation::import;
 
@@ -117,13 +123,13 @@ mod tests {
         (0..n).map(|i| Colour([i as f64 / n as f64, 0.25, 0.5])).collect()
     }
 
-    fn reimported(bytes: &[u8]) -> TriangleMesh {
+    fn reimported(bytes: &[u8]) -> FileMesh {
         import(bytes, Format::Glb, &Limits::default()).unwrap().mesh
     }
 
     #[test]
     fn a_file_read_again_is_the_same_mesh() {
-        let mesh = cube();
+        let mesh = FileMesh::from(cube());
         let bytes = file(&mesh, &colours(8)).unwrap();
         assert_eq!(reimported(&bytes), mesh);
         // Reading validates.
@@ -142,7 +148,7 @@ mod tests {
 
     #[test]
     fn everything_is_aligned() {
-        let bytes = file(&cube(), &colours(8)).unwrap();
+        let bytes = file(&cube().into(), &colours(8)).unwrap();
         let length = u32::from_le_bytes(bytes[8..12].try_into().unwrap()) as usize;
         let json_length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
         assert_eq!((length, length % 4, json_length % 4), (bytes.len(), 0, 0));
@@ -155,9 +161,10 @@ mod tests {
         for (scale, offset) in [(1e49, 0.0), (1e-40, 0.0), (1.0, 1e9)] {
             let positions = cube().positions().iter().map(|p| p.map(|x| x * scale + offset)).collect();
             let mesh = TriangleMesh::new(positions, cube().triangles().to_vec()).unwrap();
-            let read = reimported(&file(&mesh, &colours(8)).unwrap());
+            let read = reimported(&file(&mesh.clone().into(), &colours(8)).unwrap());
             assert_eq!(read.triangles(), mesh.triangles());
-            assert!((read.area() - 6.0).abs() < 1e-5, "{scale} {offset}: {}", read.area());
+            let area = read.sound().area();
+            assert!((area - 6.0).abs() < 1e-5, "{scale} {offset}: {area}");
         }
     }
 
@@ -166,7 +173,7 @@ mod tests {
         let mut positions = cube().positions().to_vec();
         positions.push([1e50, -1e50, 0.0]);
         let mesh = TriangleMesh::new(positions, cube().triangles().to_vec()).unwrap();
-        let read = reimported(&file(&mesh, &colours(9)).unwrap());
+        let read = reimported(&file(&mesh.clone().into(), &colours(9)).unwrap());
         assert_eq!((read.positions().len(), read.triangles()), (9, mesh.triangles()));
     }
 }

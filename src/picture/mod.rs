@@ -26,6 +26,7 @@ use image::ImageError;
 
 use crate::alignment::frame::Frame;
 use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 use colour::Colour;
 use scene::Scene;
@@ -113,21 +114,21 @@ pub fn mesh_svg(mesh: &TriangleMesh, width: u32) -> Result<String, ImageError> {
     Ok(svg::document(width, height, "the mesh", &svg::figure(&figure)?))
 }
 
-/// The mesh in the colours of the sketch as glTF 2.0 binary, lit by whoever shows it. Vertices and triangles are in the
-/// mesh's order and coordinates; a mesh that single precision would spoil is moved to the origin and scaled to extent 1.
+/// The mesh of the file that is matched in the colours of the sketch, as glTF 2.0 binary, lit by whoever shows it. Vertices
+/// and triangles are in the file's order and coordinates; a mesh that single precision would spoil is moved to the origin and scaled to extent 1.
 ///
 /// # Errors
 /// What the encoder reports.
-pub fn glb(pair: &Matched<'_>) -> Result<Vec<u8>, gltf::Error> {
-    glb::file(pair.mesh, &scene::colours(pair).1)
+pub fn glb(pair: &Matched<'_>, file: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(file, &scene::colours(pair).1)
 }
 
 /// The mesh alone, in white, as [`glb`].
 ///
 /// # Errors
 /// What the encoder reports: the file would be larger than 4 GiB.
-pub fn mesh_glb(mesh: &TriangleMesh) -> Result<Vec<u8>, gltf::Error> {
-    glb::file(mesh, &vec![Colour::WHITE; mesh.positions().len()])
+pub fn mesh_glb(mesh: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(mesh, &vec![Colour::WHITE; mesh.sound().positions().len()])
 }
 
 #[cfg(test)]

@@ -16,6 +16,11 @@ const SOFTENING: usize = 6;
 /// The grey of a surface nobody's answer is near.
 const PLAIN: f64 = 0.9;
 
+/// The colour of what nobody's answer is near.
+pub fn plain() -> Colour {
+    Colour::grey(PLAIN)
+}
+
 /// A colour for every vertex of the mesh: of one that is answered the mean of the colours of those that answer it, of
 /// others that of the nearest such vertex along the edges, softened, and farther off than 0.12 √area light grey.
 ///
@@ -42,7 +47,7 @@ pub fn colours(mesh: &TriangleMesh, answers: impl IntoIterator<Item = (u32, Colo
         }
     }
     soften(&mut colours, &neighbours, &distances);
-    let plain = Colour::grey(PLAIN);
+    let plain = plain();
     let faded = |(lab, distance): ([f64; 3], f64)| {
         let fade = ((distance / reach - FADING) / (1.0 - FADING)).clamp(0.0, 1.0);
         if fade < 1.0 { Colour::of_oklab(lab).mixed(plain, fade) } else { plain }
@@ -172,7 +177,7 @@ mod tests {
         let triangles = flat.triangles().iter().copied().chain(flat.triangles().iter().map(|t| t.map(|v| v + n)));
         let mesh = TriangleMesh::new(positions, triangles.collect()).unwrap();
         let colours = colours(&mesh, [(60, RED)]);
-        let plain = Colour::grey(PLAIN);
+        let plain = plain();
         assert!(difference(colours[61], RED) < 0.02, "a tenth of the side beside it");
         assert!(difference(colours[62], plain) < 1e-9);
         assert!(colours[n as usize..].iter().all(|&colour| difference(colour, plain) < 1e-9));

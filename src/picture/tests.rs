@@ -108,7 +108,8 @@ fn the_same_match_gives_the_same_bytes() {
     let pair = sketch.pair(&mesh);
     assert_eq!(png(&pair, WIDTH).unwrap(), png(&pair, WIDTH).unwrap());
     assert_eq!(svg(&pair, WIDTH).unwrap(), svg(&pair, WIDTH).unwrap());
-    assert_eq!(glb(&pair).unwrap(), glb(&pair).unwrap());
+    let file = mesh.clone().into();
+    assert_eq!(glb(&pair, &file).unwrap(), glb(&pair, &file).unwrap());
 }
 
 #[test]

@@ -7,34 +7,34 @@ use crate::alignment::axes::Axes;
 use crate::alignment::flat_shape::FlatShape;
 use crate::alignment::frame::Frame;
 use crate::alignment::{self, Alignment, Pair, Way};
-use crate::mesh::connectivity::Component;
 use crate::mesh::dot;
+use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
 use crate::sketch::Sketch;
 
 /// How far behind the plane of symmetry a vertex still belongs to the side in front, in units of √area.
 const BEYOND: f64 = 0.02;
 
-/// The sketch laid on the component of the mesh, and the vertices that may be matched.
+/// The sketch laid on the figure of the mesh, and the vertices that may be matched.
 pub(super) struct Aligned {
     pub alignment: Alignment,
     /// Those its frames are told in.
     axes: Axes,
     pub part: SeenPart,
-    /// Vertices of the component on the part that is seen, ascending.
+    /// Vertices of the figure on the part that is seen, ascending.
     pub visible: Vec<u32>,
 }
 
-/// The sketch laid on the component. Landmarks are pairs of vertices.
+/// The sketch laid on the figure. Landmarks are pairs of vertices.
 pub(super) fn aligned(
     sketch: &Sketch,
-    component: &Component,
+    figure: &Figure,
     landmarks: &[[usize; 2]],
     part: Part,
     surroundings: &Surroundings<'_>,
     watch: &dyn Watch,
 ) -> Result<Aligned, MatchError> {
-    let prepared = surroundings.preparations.prepared(&component.mesh, watch)?;
+    let prepared = surroundings.preparations.prepared(&figure.mesh, watch)?;
     let shape = FlatShape::new(sketch.mesh(), watch)?;
     let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
     let alignment = alignment::aligned(&shape, &prepared, &pairs, watch)?;
@@ -54,7 +54,7 @@ pub(super) fn aligned(
 
 impl Aligned {
     /// What the result says of the alignment, in the numbering of the user's mesh.
-    pub fn report(&self, component: &Component) -> AlignmentReport {
+    pub fn report(&self, figure: &Figure) -> AlignmentReport {
         let alignment = &self.alignment;
         AlignmentReport {
             view: self.view(&alignment.frame),
@@ -67,18 +67,18 @@ impl Aligned {
             contour_cost: alignment.contour,
             distortion: alignment.distortion,
             score: alignment.score,
-            mesh_vertices: of_file(component, &alignment.map),
+            mesh_vertices: of_file(figure, &alignment.map),
         }
     }
 
-    pub fn alternatives(&self, component: &Component) -> Vec<Alternative> {
+    pub fn alternatives(&self, figure: &Figure) -> Vec<Alternative> {
         let alternatives = self.alignment.alternatives.iter();
         alternatives
             .map(|alternative| Alternative {
                 kind: if alternative.mirrored { AlternativeKind::Mirrored } else { AlternativeKind::View },
                 view: self.view(&alternative.frame),
                 score: alternative.score,
-                mesh_vertices: of_file(component, &alternative.map),
+                mesh_vertices: of_file(figure, &alternative.map),
             })
             .collect()
     }
@@ -89,6 +89,6 @@ impl Aligned {
     }
 }
 
-fn of_file(component: &Component, map: &[u32]) -> Vec<u32> {
-    map.iter().map(|&v| component.vertices[v as usize]).collect()
+fn of_file(figure: &Figure, map: &[u32]) -> Vec<u32> {
+    map.iter().map(|&v| figure.vertices[v as usize]).collect()
 }

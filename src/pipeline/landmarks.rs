@@ -3,34 +3,47 @@
 use super::Fault;
 use super::request::Landmark;
 use crate::mesh::TriangleMesh;
-use crate::mesh::connectivity::Component;
+use crate::mesh::figure::Figure;
 use crate::sketch::Sketch;
 
 /// How far from the nearest vertex a landmark may be, as a share of the diagonal of the drawing's box.
 const REACH: f64 = 0.05;
 
-/// The landmarks as vertices: of the sketch the nearest, of the mesh that of its component.
+/// The landmarks as vertices: of the sketch the nearest, of the mesh that of its figure.
 ///
 /// # Errors
-/// Every landmark that is off the drawing or not on the component.
-pub fn vertices(landmarks: &[Landmark], sketch: &Sketch, component: &Component) -> Result<Vec<[usize; 2]>, Vec<Fault>> {
-    let reach = reach(sketch.mesh());
-    let mut faults = Vec::new();
+/// Every landmark that is off the drawing or not on the figure.
+pub(super) fn vertices(
+    landmarks: &[Landmark],
+    sketch: &Sketch,
+    figure: &Figure,
+) -> Result<Vec<[usize; 2]>, Vec<Fault>> {
+    let mut faults = off_the_drawing(landmarks, sketch);
     let mut vertices = Vec::new();
     for (i, landmark) in landmarks.iter().enumerate() {
-        let on_sketch = nearest(sketch, landmark.sketch).filter(|&(_, distance)| distance <= reach);
-        if on_sketch.is_none() {
-            let [x, y] = landmark.sketch;
-            faults.push(Fault::new(format!("/landmarks/{i}/sketch"), format!("({x:?}, {y:?}) is not on the drawing")));
-        }
-        let on_component = component.vertices.binary_search(&landmark.mesh).ok();
-        if on_component.is_none() {
-            let detail = format!("vertex {} is not on the largest component of the mesh", landmark.mesh);
+        let on_sketch = nearest(sketch, landmark.sketch);
+        let on_figure = figure.at(landmark.mesh);
+        if on_figure.is_none() {
+            let detail = format!("vertex {} is not on the part of the mesh that is matched", landmark.mesh);
             faults.push(Fault::new(format!("/landmarks/{i}/mesh"), detail));
         }
-        vertices.extend(on_sketch.zip(on_component).map(|((x, _), y)| [x, y]));
+        vertices.extend(on_sketch.zip(on_figure).map(|((x, _), y)| [x, y]));
     }
     if faults.is_empty() { Ok(vertices) } else { Err(faults) }
+}
+
+/// The landmarks that are not on the drawing.
+pub(super) fn off_the_drawing(landmarks: &[Landmark], sketch: &Sketch) -> Vec<Fault> {
+    let reach = reach(sketch.mesh());
+    let is_off = |landmark: &Landmark| {
+        nearest(sketch, landmark.sketch).is_none_or(|(_, distance)| distance.is_nan() || distance > reach)
+    };
+    let off = landmarks.iter().enumerate().filter(|(_, landmark)| is_off(landmark));
+    off.map(|(i, landmark)| {
+        let [x, y] = landmark.sketch;
+        Fault::new(format!("/landmarks/{i}/sketch"), format!("({x:?}, {y:?}) is not on the drawing"))
+    })
+    .collect()
 }
 
 /// The vertex of the sketch nearest to a point in the coordinates of the upload, and its distance within the sketch's
@@ -62,7 +75,6 @@ fn reach(mesh: &TriangleMesh) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::connectivity::largest_component;
     use crate::sketch::YAxis;
 
     /// A unit square drawn with y downwards, one corner at the origin.
@@ -72,9 +84,9 @@ mod tests {
     }
 
     /// A triangle, and a vertex 0 that belongs to none.
-    fn triangle() -> Component {
+    fn triangle() -> Figure {
         let positions = vec![[9., 9., 9.], [0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
-        largest_component(&TriangleMesh::new(positions, vec![[1, 2, 3]]).unwrap())
+        Figure::largest(&TriangleMesh::new(positions, vec![[1, 2, 3]]).unwrap().into())
     }
 
     fn placed(landmarks: &[([f64; 2], u32)]) -> Result<Vec<[usize; 2]>, Vec<String>> {

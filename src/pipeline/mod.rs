@@ -5,7 +5,8 @@
 mod aligned;
 mod computing;
 mod constraints;
-pub mod landmarks;
+mod figure;
+mod landmarks;
 pub mod outcome;
 mod regions;
 pub mod request;
@@ -25,6 +26,7 @@ use crate::numerics::{Cancelled, Watch};
 use crate::spectral::{Boundary, SpectralError, Spectrum};
 
 pub use computing::Computing;
+pub use figure::faults_on_shapes;
 pub use run::run;
 pub use settings::{Settings, check};
 pub use stages::{Stage, TOTAL};

@@ -6,7 +6,8 @@ use super::request::Regions as Method;
 use super::{Fault, MatchError, Settings};
 use crate::descriptors::{global_point_signature, heat_kernel, projection, wave_kernel};
 use crate::mesh::TriangleMesh;
-use crate::mesh::connectivity::Component;
+use crate::mesh::figure::Figure;
+use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::Watch;
 use crate::regions::graph::RegionGraph;
@@ -24,7 +25,7 @@ const COMPONENTS: usize = 8;
 /// Bands of the wave components, in spacings: few components, so narrow ones.
 const VARIANCE: f64 = 1.5;
 
-/// Segmentations of both shapes, the mesh's over the vertices of its component, and their pairs.
+/// Segmentations of both shapes, the mesh's over the vertices of its figure, and their pairs.
 pub(super) struct Correspondence {
     pub sketch: Regions,
     pub mesh: Regions,
@@ -40,18 +41,18 @@ pub(super) struct Shape<'a> {
 }
 
 impl Correspondence {
-    /// The corresponding regions of a sketch and of the component of a mesh.
+    /// The corresponding regions of a sketch and of the figure of a mesh.
     pub fn find(
         settings: &Settings,
         sketch: Shape<'_>,
         mesh: Shape<'_>,
-        component: &Component,
+        (file, figure): (&FileMesh, &Figure),
         aligned: Option<&Aligned>,
         scaled: &[f64],
         watch: &dyn Watch,
     ) -> Result<Correspondence, MatchError> {
         match &settings.regions {
-            Method::Given { sketch, mesh } => given(sketch, mesh, component),
+            Method::Given { sketch, mesh } => given(sketch, mesh, file, figure),
             Method::Segmented { sketch_regions, mesh_regions, pairs } => {
                 let sketch = segmentation(sketch, *sketch_regions, watch)?;
                 let mesh = segmentation(mesh, *mesh_regions, watch)?;
@@ -83,11 +84,9 @@ impl Correspondence {
     }
 
     /// What the result says of them: the mesh's labels for the vertices of the user's file.
-    pub fn reported(&self, component: &Component, vertices: usize) -> PairedRegions {
-        let mut mesh = vec![Regions::NONE; vertices];
-        for (&vertex, &label) in component.vertices.iter().zip(self.mesh.labels()) {
-            mesh[vertex as usize] = label;
-        }
+    pub fn reported(&self, figure: &Figure) -> PairedRegions {
+        let label = |vertex: Option<usize>| vertex.map_or(Regions::NONE, |vertex| self.mesh.labels()[vertex]);
+        let mesh = figure.of_file().map(label).collect();
         PairedRegions { sketch: self.sketch.labels().to_vec(), mesh, pairs: self.pairs.clone(), cost: self.cost }
     }
 }
@@ -108,9 +107,10 @@ fn segmentation(shape: Shape<'_>, count: usize, watch: &dyn Watch) -> Result<Reg
     Ok(consensus::segment(signature.as_ref(), &shape.spectrum.mass, count, watch)?)
 }
 
-/// The labels of the request, those of the mesh cut to its component; equal labels correspond.
-fn given(sketch: &[i32], mesh: &[i32], component: &Component) -> Result<Correspondence, MatchError> {
-    let mesh = component.vertices.iter().map(|&v| mesh[v as usize]).collect();
+/// The labels of the request, those of the mesh brought to its figure; equal labels correspond.
+fn given(sketch: &[i32], mesh: &[i32], file: &FileMesh, figure: &Figure) -> Result<Correspondence, MatchError> {
+    let labels = labels_of_vertices(mesh, file).map_err(MatchError::Faults)?;
+    let mesh = figure.vertices.iter().map(|&v| labels[v as usize]).collect();
     let labelled = |pointer: &str, labels: Vec<i32>| {
         Regions::new(labels).map_err(|error| MatchError::Faults(vec![Fault::new(pointer, error.to_string())]))
     };
@@ -121,10 +121,35 @@ fn given(sketch: &[i32], mesh: &[i32], component: &Component) -> Result<Correspo
         .map(|label| Pair { sketch: label, mesh: label, cost: 0.0 })
         .collect();
     if pairs.is_empty() {
-        let detail = "no label occurs both on the sketch and on the largest component of the mesh";
+        let detail = "no label occurs both on the sketch and on the part of the mesh that is matched";
         return Err(MatchError::Faults(vec![Fault::new("/regions", detail)]));
     }
     Ok(Correspondence { sketch, mesh, pairs, cost: 0.0 })
+}
+
+/// Per vertex of the file its label, that of the lowest vertex being the one of all that are one with it; those in no region
+/// have no say.
+///
+/// # Errors
+/// Every vertex that has another label than one before it that is one with it.
+pub(super) fn labels_of_vertices(labels: &[i32], file: &FileMesh) -> Result<Vec<i32>, Vec<Fault>> {
+    let mut of_lowest = labels.to_vec();
+    let mut faults = Vec::new();
+    for (v, (&label, &lowest)) in labels.iter().zip(file.merged()).enumerate() {
+        let known = &mut of_lowest[lowest as usize];
+        if label == Regions::NONE || *known == label {
+            continue;
+        }
+        if *known == Regions::NONE {
+            *known = label;
+        } else {
+            let detail = format!(
+                "vertex {v} has label {label}, vertex {lowest} has label {known}: along a seam they are one vertex"
+            );
+            faults.push(Fault::new(format!("/regions/mesh/{v}"), detail));
+        }
+    }
+    if faults.is_empty() { Ok(of_lowest) } else { Err(faults) }
 }
 
 /// The pairs of the request, which may name regions that the segmentation did not find.

@@ -18,6 +18,11 @@ pub struct MatchRequest {
     pub sketch: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
+    /// Numbers of the components that are matched as one figure, as `GET /v1/meshes/{id}/components` lists them; by default
+    /// what looks most like the sketch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1, max_items = 10_000)]
+    pub components: Option<Vec<usize>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -6,18 +6,19 @@ use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
 use super::constraints::{Points as AlignedPoints, problem, spectral_scale};
+use super::figure::Chosen;
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Rating, Solver};
 use super::regions::{self, Shape};
 use super::request::{Alignment, Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
-use super::{MatchError, Surroundings, landmarks};
+use super::{MatchError, Surroundings};
 use crate::correspondence::{confidence, icp, points, zoomout};
 use crate::functional_map::problem::least_squares;
 use crate::functional_map::solve::solve;
 use crate::functional_map::weights::weights;
-use crate::mesh::TriangleMesh;
-use crate::mesh::connectivity::{Component, largest_component};
+use crate::mesh::figure::Figure;
+use crate::mesh::file_mesh::FileMesh;
 use crate::numerics::Watch;
 use crate::sketch::Sketch;
 use crate::spectral::Spectrum;
@@ -28,7 +29,7 @@ use crate::spectral::Spectrum;
 /// [`MatchError`].
 pub fn run(
     sketch: &Sketch,
-    mesh: &TriangleMesh,
+    mesh: &FileMesh,
     settings: &Settings,
     surroundings: &Surroundings<'_>,
 ) -> Result<MatchResult, MatchError> {
@@ -37,29 +38,31 @@ pub fn run(
         return Err(MatchError::Faults(faults));
     }
     let stages = Stages::begin(surroundings);
-    let component = largest_component(mesh);
-    let landmarks = landmarks::vertices(&settings.landmarks, sketch, &component).map_err(MatchError::Faults)?;
+    let Chosen { figure, landmarks, aligned: laid, of_several } =
+        Chosen::of(sketch, mesh, settings, &stages, surroundings)?;
 
-    let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &component, surroundings, watch))?;
+    let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &figure, surroundings, watch))?;
     let (k, l) = (settings.basis.k, settings.basis.k_mesh);
     let bases = at_unit_area(&full, [k, l]);
     let [phi, psi] = &bases;
-    let areas = [sketch.mesh().area(), component.mesh.area()];
+    let areas = [sketch.mesh().area(), figure.mesh.area()];
     let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
     let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
 
-    let aligned = match settings.alignment {
-        Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
-            aligned(sketch, &component, &landmarks, settings.part, surroundings, watch)
-        })?),
-        Alignment::None {} => None,
-    };
+    let aligned =
+        match settings.alignment {
+            Alignment::View { .. } if laid.is_some() => laid,
+            Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
+                aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)
+            })?),
+            Alignment::None {} => None,
+        };
     let aligned = aligned.as_ref();
 
     let regions = stages.run(Stage::Regions, |watch| {
-        let [flat, solid] = [(sketch.mesh(), phi), (&component.mesh, psi)];
+        let [flat, solid] = [(sketch.mesh(), phi), (&figure.mesh, psi)];
         let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
-        regions::Correspondence::find(settings, flat, solid, &component, aligned, &scaled, watch)
+        regions::Correspondence::find(settings, flat, solid, (mesh, &figure), aligned, &scaled, watch)
     })?;
     let problem = stages.run(Stage::Descriptors, |watch| {
         let points = aligned.zip(weight(&settings.alignment));
@@ -88,23 +91,23 @@ pub fn run(
         version: Some(env!("CARGO_PKG_VERSION").to_owned()),
         sketch: settings.sketch.clone(),
         mesh: settings.mesh.clone(),
-        request: settings.clone(),
+        request: Settings { components: of_several.then(|| figure.components.clone()), ..settings.clone() },
         c: Matrix::from(points.c.as_ref()),
-        correspondences: correspondences(sketch, &component, &points),
+        correspondences: correspondences(sketch, &figure, &points),
         confidence,
         rating: calibrated.then(|| Rating::of(confidence)),
-        alignment: aligned.map(|aligned| aligned.report(&component)),
-        alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&component)),
+        alignment: aligned.map(|aligned| aligned.report(&figure)),
+        alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&figure)),
         solver: Solver::new(settings.regulariser.name(), solution.report),
         intermediate: Intermediate {
             sketch_eigenvalues: phi.eigenvalues.clone(),
             mesh_eigenvalues: psi.eigenvalues.clone(),
             spectral_scale: scale,
-            regions: regions.reported(&component, mesh.positions().len()),
+            regions: regions.reported(&figure),
             initial_c: Matrix::from(start.as_ref()),
             weights: Matrix::from(w.as_ref()),
         },
-        warnings: warnings(settings, &component, mesh, &regions),
+        warnings: warnings(settings, &figure, &regions),
         timings_ms: stages.finish(),
     })
 }
@@ -121,7 +124,7 @@ fn weight(alignment: &Alignment) -> Option<f64> {
 fn spectra(
     settings: &Settings,
     sketch: &Sketch,
-    component: &Component,
+    figure: &Figure,
     surroundings: &Surroundings<'_>,
     watch: &dyn Watch,
 ) -> Result<[Arc<Spectrum>; 2], MatchError> {
@@ -132,7 +135,7 @@ fn spectra(
     let [of_k, of_l] = if upsampled { ["/refinement/k"; 2] } else { ["/basis/k", "/basis/k_mesh"] };
     let phi = source.spectrum(sketch.mesh(), k, boundary, watch);
     let phi = phi.map_err(|error| MatchError::of_spectrum("sketch", of_k, error))?;
-    let psi = source.spectrum(&component.mesh, l, boundary, watch);
+    let psi = source.spectrum(&figure.mesh, l, boundary, watch);
     let psi = psi.map_err(|error| MatchError::of_spectrum("mesh", of_l, error))?;
     Ok([phi, psi])
 }
@@ -142,7 +145,7 @@ fn at_unit_area([sketch, mesh]: &[Arc<Spectrum>; 2], [k, l]: [usize; 2]) -> [Spe
     [sketch.at_unit_area(k), mesh.at_unit_area(l)]
 }
 
-/// The refined map, the vertex of the component for every vertex of the sketch, and how far each is to be trusted.
+/// The refined map, the vertex of the figure for every vertex of the sketch, and how far each is to be trusted.
 struct Points {
     c: Mat<f64>,
     map: Vec<u32>,
@@ -184,29 +187,23 @@ fn points(
     Ok(Points { c, map, confidence })
 }
 
-fn correspondences(sketch: &Sketch, component: &Component, points: &Points) -> Vec<Correspondence> {
+fn correspondences(sketch: &Sketch, figure: &Figure, points: &Points) -> Vec<Correspondence> {
     let answers = points.map.iter().zip(&points.confidence).enumerate();
     answers
         .map(|(x, (&y, &confidence))| Correspondence {
             sketch_vertex: x as u32,
             point: sketch.point(x),
-            mesh_vertex: component.vertices[y as usize],
+            mesh_vertex: figure.vertices[y as usize],
             confidence,
         })
         .collect()
 }
 
-fn warnings(
-    settings: &Settings,
-    component: &Component,
-    mesh: &TriangleMesh,
-    regions: &regions::Correspondence,
-) -> Vec<String> {
+fn warnings(settings: &Settings, figure: &Figure, regions: &regions::Correspondence) -> Vec<String> {
     let mut warnings = Vec::new();
-    let (used, all) = (component.vertices.len(), mesh.positions().len());
-    if used < all {
-        warnings
-            .push(format!("{} of the {all} vertices of the mesh are not on the component that is matched", all - used));
+    let (all, besides) = (figure.of_file().len(), figure.of_file().filter(Option::is_none).count());
+    if besides > 0 {
+        warnings.push(format!("{besides} of the {all} vertices of the mesh are not on the component that is matched"));
     }
     if let super::request::Regions::Auto { count } = settings.regions
         && settings.alignment == (Alignment::None {})

@@ -18,6 +18,8 @@ const MAX_COMPONENTS: usize = 1000;
 const MAX_LANDMARKS: usize = 1000;
 /// Widths of a band of energy in spacings of the energies; in a narrower one there is no room for rounding.
 const VARIANCES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+/// The most components of a mesh that a request names.
+const MAX_COMPONENTS_NAMED: usize = 10_000;
 const MAX_ICP: usize = 200;
 
 /// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
@@ -27,6 +29,10 @@ pub struct Settings {
     pub mesh: String,
     pub sketch: String,
     pub preset: Preset,
+    /// The components that are matched as one figure, ascending; nothing where there is nothing to choose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 1, max_items = 10_000)]
+    pub components: Option<Vec<usize>>,
     pub part: Part,
     pub alignment: Alignment,
     pub basis: Basis,
@@ -81,6 +87,7 @@ impl Settings {
             mesh,
             sketch,
             preset,
+            components: None,
             part: Part::Whole,
             alignment: Alignment::None {},
             basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann },
@@ -131,6 +138,7 @@ impl Settings {
             defaults.columns = descriptors.columns.unwrap_or(defaults.columns);
         }
         let request = request.clone();
+        settings.components = request.components;
         settings.part = request.part.unwrap_or(settings.part);
         settings.alignment = request.alignment.unwrap_or(settings.alignment);
         if settings.alignment == (Alignment::None {}) {
@@ -168,6 +176,9 @@ impl Settings {
         if !VARIANCES.contains(&wks.variance) {
             let (least, most) = (VARIANCES.start(), VARIANCES.end());
             faults.add("/descriptors/wks/variance", format!("must be {least} to {most}, is {:?}", wks.variance));
+        }
+        if let Some(components) = &self.components {
+            faults.range("/components", components.len(), 1, MAX_COMPONENTS_NAMED);
         }
         self.region_faults(&mut faults);
         self.alignment_faults(&mut faults);

@@ -2,6 +2,7 @@
 
 use sprs::CsMat;
 
+use super::intrinsic::doubled_area;
 use crate::mesh::{TriangleMesh, cross, dot, length, subtract};
 
 /// How the area of a triangle is shared among its vertices.
@@ -18,18 +19,55 @@ pub enum Lumping {
 ///
 /// A vertex of no triangle has an empty row but for a zero on the diagonal.
 pub fn stiffness(mesh: &TriangleMesh) -> CsMat<f64> {
-    let n = mesh.positions().len();
+    assembled(mesh.positions().len(), mesh.triangles(), |t| cotangents(mesh, mesh.triangles()[t]))
+}
+
+/// The diagonal of the mass A: n areas that sum to the mesh's, each positive where the vertex has a triangle with an area
+/// (eq. 2.9 with the squared edge length).
+pub fn mass(mesh: &TriangleMesh, lumping: Lumping) -> Vec<f64> {
+    let shares = |t: usize| match lumping {
+        Lumping::Mixed => mixed_shares(mesh, mesh.triangles()[t]),
+        Lumping::Barycentric => [triangle_area(mesh, mesh.triangles()[t]) / 3.0; 3],
+    };
+    summed(mesh.positions().len(), mesh.triangles(), shares)
+}
+
+/// Triangles told by the lengths of their sides. Two may share more than one edge, and the ends of an edge may be one
+/// vertex.
+pub(super) struct Triangles {
+    pub corners: Vec<[u32; 3]>,
+    /// The first from the first corner to the second.
+    pub lengths: Vec<[f64; 3]>,
+}
+
+impl Triangles {
+    /// The stiffness and the diagonal of the mass, as [`stiffness`] and [`mass`], on `n` vertices; a third of each area to
+    /// every corner.
+    pub fn operator(&self, n: usize) -> (CsMat<f64>, Vec<f64>) {
+        let cotangents = |t: usize| {
+            // Side i begins at corner i: the angle at a corner is opposite the side that begins at the next one.
+            let [c, a, b] = self.lengths[t];
+            let area = doubled_area([a, b, c]);
+            [[a, b, c], [b, c, a], [c, a, b]].map(|[a, b, c]| (b * b + c * c - a * a) / (2.0 * area))
+        };
+        let shares = |t: usize| [doubled_area(self.lengths[t]) / 6.0; 3];
+        (assembled(n, &self.corners, cotangents), summed(n, &self.corners, shares))
+    }
+}
+
+/// The stiffness of triangles with these cotangents at their corners, by their numbers.
+fn assembled(n: usize, triangles: &[[u32; 3]], cotangents: impl Fn(usize) -> [f64; 3]) -> CsMat<f64> {
     // Where the entries of each row begin: two in every triangle beside the diagonal.
     let mut ends = vec![0; n + 1];
-    mesh.triangles().as_flattened().iter().for_each(|&v| ends[v as usize + 1] += 2);
+    triangles.as_flattened().iter().for_each(|&v| ends[v as usize + 1] += 2);
     for v in 0..n {
         ends[v + 1] += ends[v];
     }
     let mut filled = ends.clone();
     let mut entries = vec![(0, 0.0); ends[n]];
     let mut diagonal = vec![0.0; n];
-    for triangle in mesh.triangles() {
-        let cotangents = cotangents(mesh, *triangle);
+    for (t, triangle) in triangles.iter().enumerate() {
+        let cotangents = cotangents(t);
         for corner in 0..3 {
             // The angle at `corner` is opposite the edge ij.
             let edge = [triangle[(corner + 1) % 3] as usize, triangle[(corner + 2) % 3] as usize];
@@ -57,20 +95,15 @@ pub fn stiffness(mesh: &TriangleMesh) -> CsMat<f64> {
     CsMat::new((n, n), indptr, indices, data)
 }
 
-/// The diagonal of the mass A: n areas that sum to the mesh's, each positive where the vertex has a triangle (eq. 2.9
-/// with the squared edge length).
-pub fn mass(mesh: &TriangleMesh, lumping: Lumping) -> Vec<f64> {
-    let mut mass = vec![0.0; mesh.positions().len()];
-    for triangle in mesh.triangles() {
-        let shares = match lumping {
-            Lumping::Mixed => mixed_shares(mesh, *triangle),
-            Lumping::Barycentric => [triangle_area(mesh, *triangle) / 3.0; 3],
-        };
-        for (vertex, share) in triangle.iter().zip(shares) {
-            mass[*vertex as usize] += share;
+/// Per vertex the sum of the shares that the corners of triangles have, by their numbers.
+fn summed(n: usize, triangles: &[[u32; 3]], shares: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
+    let mut sums = vec![0.0; n];
+    for (t, triangle) in triangles.iter().enumerate() {
+        for (vertex, share) in triangle.iter().zip(shares(t)) {
+            sums[*vertex as usize] += share;
         }
     }
-    mass
+    sums
 }
 
 fn triangle_area(mesh: &TriangleMesh, triangle: [u32; 3]) -> f64 {

@@ -1,5 +1,6 @@
 //! The Laplacian of a mesh and its eigenpairs.
 
+mod intrinsic;
 pub mod laplacian;
 
 use faer::Mat;
@@ -110,7 +111,8 @@ pub fn spectrum(
     spectrum_with(mesh, Lumping::Mixed, rung(k).min(most), boundary, watch)
 }
 
-/// Exactly the first k eigenpairs, with the lumping as told.
+/// Exactly the first k eigenpairs, with the lumping as told, or with a barycentric one where triangles are so thin that the
+/// surface is triangulated anew for its operator.
 ///
 /// # Errors
 /// As [`spectrum`].
@@ -121,7 +123,11 @@ pub fn spectrum_with(
     boundary: Boundary,
     watch: &dyn Watch,
 ) -> Result<Spectrum, SpectralError> {
-    let (stiffness, mass) = (laplacian::stiffness(mesh), laplacian::mass(mesh, lumping));
+    let (stiffness, mass) = if intrinsic::is_thin(mesh) {
+        intrinsic::delaunay(mesh).operator(mesh.positions().len())
+    } else {
+        (laplacian::stiffness(mesh), laplacian::mass(mesh, lumping))
+    };
     if !mass.iter().all(|&m| m > 0.0 && m.is_finite()) || !stiffness.data().iter().all(|s| s.is_finite()) {
         return Err(SpectralError::NoMass);
     }

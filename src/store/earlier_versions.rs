@@ -46,7 +46,7 @@ async fn directory_by_geometry() -> (TempDir, String, String) {
     let directory = tempfile::tempdir().unwrap();
     let data = directory.path().join("data");
     fs::create_dir(&data).unwrap();
-    let (mesh, sketch) = (geometry::of_mesh(&triangle()), geometry::of_sketch(&drawing()));
+    let (mesh, sketch) = (geometry::of_mesh(&triangle().into()), geometry::of_sketch(&drawing()));
     let (mesh, sketch) = (mesh.unwrap(), sketch.unwrap());
     write(&data, &format!("shapes/{}.safetensors", mesh.name), &mesh.bytes);
     write(&data, &format!("shapes/{}.safetensors", sketch.name), &sketch.bytes);
@@ -78,7 +78,7 @@ async fn an_upgrade_that_was_cut_off_goes_on() {
     Blobs::local(data).unwrap().seal("results/done/1", |_| true).await.unwrap();
     let store = open(&directory).await;
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
-    assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle()));
+    assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));
 }
 
 #[tokio::test]
@@ -87,7 +87,7 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     let store = open(&directory).await;
     let shape = store.shape(Kind::Mesh, &mesh).await.unwrap().unwrap();
     assert_eq!((shape.name.as_deref(), &shape.body), (Some("old"), &json!({"vertices": 3})));
-    assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle()));
+    assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));
     assert_eq!(store.sketch(&sketch).await.unwrap(), Some(drawing()));
     assert_eq!(store.file(Kind::Mesh, &mesh).await.unwrap(), None);
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
@@ -102,7 +102,7 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     );
     // The same geometry comes again: another shape, with its file, beside the old one.
     let source = Source { bytes: Bytes::from("v"), media_type: "model/obj".to_owned(), parameters: String::new() };
-    let (again, new) = store.insert_mesh(triangle(), source, None, json!({})).await.unwrap();
+    let (again, new) = store.insert_mesh(triangle().into(), source, None, json!({})).await.unwrap();
     assert!(new && again.id != mesh, "{again:?}");
     assert_eq!(store.shape(Kind::Mesh, &mesh).await.unwrap(), Some(shape));
     assert!(store.file(Kind::Mesh, &again.id).await.unwrap().is_some());

@@ -5,6 +5,7 @@ use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 use super::tensors::{self, Array};
 use super::{Kind, StoreError};
 use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::{FileMesh, Sound};
 use crate::sketch::{Sketch, YAxis};
 
 /// A geometry as it is stored.
@@ -33,31 +34,66 @@ fn y_axis_name(y_axis: YAxis) -> &'static str {
     }
 }
 
-pub(super) fn of_mesh(mesh: &TriangleMesh) -> Result<Encoded, StoreError> {
-    encoded(name(Kind::Mesh, mesh.content_hash()), mesh, None)
+/// The arrays of a mesh that was mended, as [`Sound`] has them.
+const SOUND: &str = "sound_triangles";
+const ORIGINS: &str = "sound_origins";
+const MERGED: &str = "merged";
+
+pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
+    let mut arrays = of_triangles(mesh.positions(), mesh.triangles());
+    let mends = mesh.mends();
+    if let Some(Sound { triangles, origins, merged }) = &mends {
+        arrays.push(Array::of_u32(SOUND, vec![triangles.len(), 3], triangles.iter().flatten().copied()));
+        arrays.push(Array::of_u32(ORIGINS, vec![origins.len(), 1], origins.iter().copied()));
+        arrays.push(Array::of_u32(MERGED, vec![merged.len(), 1], merged.iter().copied()));
+    }
+    encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)
 }
 
 pub(super) fn of_sketch(sketch: &Sketch) -> Result<Encoded, StoreError> {
+    let arrays = of_triangles(sketch.mesh().positions(), sketch.mesh().triangles());
     let note = (Y_AXIS, y_axis_name(sketch.y_axis()));
-    encoded(name(Kind::Sketch, sketch.content_hash()), sketch.mesh(), Some(note))
+    encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))
 }
 
-fn encoded(name: String, mesh: &TriangleMesh, note: Option<(&str, &str)>) -> Result<Encoded, StoreError> {
-    let (positions, triangles) = (mesh.positions(), mesh.triangles());
-    let arrays = [
+fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {
+    vec![
         Array::of_f64("positions", vec![positions.len(), 3], positions.iter().flatten().copied()),
         Array::of_u32("triangles", vec![triangles.len(), 3], triangles.iter().flatten().copied()),
-    ];
-    let bytes = tensors::encode(&arrays, note).map_err(|error| StoreError::damaged(&name, error))?;
+    ]
+}
+
+fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<Encoded, StoreError> {
+    let bytes = tensors::encode(arrays, note).map_err(|error| StoreError::damaged(&name, error))?;
     Ok(Encoded { name, bytes })
 }
 
 /// The mesh in the blob of this name. It was checked before it was stored, and its name tells that it is the same: to
 /// check it again would take longer than all else that is read for a match.
-pub(super) fn mesh(geometry: &str, bytes: &[u8]) -> Result<TriangleMesh, String> {
+pub(super) fn mesh(geometry: &str, bytes: &[u8]) -> Result<FileMesh, String> {
     let (positions, triangles) = arrays(bytes).map_err(|error| error.to_string())?;
-    let mesh = TriangleMesh::recognised(positions, triangles, |content| name(Kind::Mesh, content) == geometry);
+    let mends = mends(bytes).map_err(|error| error.to_string())?;
+    let mesh = FileMesh::recognised(positions, triangles, mends, |content| name(Kind::Mesh, content) == geometry);
     mesh.ok_or_else(|| UNRECOGNISED.to_owned())
+}
+
+/// What makes the sound mesh, where a blob has it.
+fn mends(bytes: &[u8]) -> Result<Option<Sound>, SafeTensorError> {
+    let file = SafeTensors::deserialize(bytes)?;
+    if file.tensor(SOUND).is_err() {
+        return Ok(None);
+    }
+    let triangles = tensors::matrix(&file, SOUND, Dtype::U32)?;
+    let numbers = |name| -> Result<Vec<u32>, SafeTensorError> {
+        let column = tensors::matrix(&file, name, Dtype::U32)?;
+        Ok((0..column.rows).map(|i| u32::from_le_bytes(column.at(i, 0))).collect())
+    };
+    if triangles.columns != 3 {
+        return Err(SafeTensorError::TensorInvalidInfo);
+    }
+    let triangle = |i| [0, 1, 2].map(|j| u32::from_le_bytes(triangles.at(i, j)));
+    let triangles = (0..triangles.rows).map(triangle).collect();
+    Ok(Some(Sound { triangles, origins: numbers(ORIGINS)?, merged: numbers(MERGED)? }))
 }
 
 /// The sketch in the blob of this name.

@@ -6,7 +6,7 @@ use sqlx::{FromRow, Row};
 
 use super::geometry::{self, Encoded};
 use super::{Page, Store, StoreError, blocking, idempotency, page};
-use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 
 /// What was uploaded.
@@ -142,7 +142,7 @@ impl Store {
     /// What the disk or the database said.
     pub async fn insert_mesh(
         &self,
-        mesh: TriangleMesh,
+        mesh: FileMesh,
         source: Source,
         name: Option<&str>,
         body: Value,
@@ -283,7 +283,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::DamagedShape`]; what the database or the disk said.
-    pub async fn mesh(&self, id: &str) -> Result<Option<TriangleMesh>, StoreError> {
+    pub async fn mesh(&self, id: &str) -> Result<Option<FileMesh>, StoreError> {
         self.geometry(Kind::Mesh, id, geometry::mesh).await
     }
 

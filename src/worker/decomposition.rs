@@ -4,7 +4,8 @@ use serde_json::json;
 use super::bench::Bench;
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::mesh::connectivity;
+use crate::mesh::figure::Figure;
+use crate::mesh::file_mesh::FileMesh;
 use crate::pipeline::Spectra;
 use crate::store::{Kind, Lease, SpectrumTask};
 
@@ -14,11 +15,13 @@ pub(super) fn run(bench: &Bench, lease: &Lease, progress: &Progress) -> Result<B
     let SpectrumTask { shape, kind, k, boundary } = task;
     let mesh = match kind {
         Kind::Mesh => bench.runtime.block_on(bench.store.mesh(&shape))?,
-        Kind::Sketch => bench.runtime.block_on(bench.store.sketch(&shape))?.map(|sketch| sketch.mesh().clone()),
+        Kind::Sketch => {
+            bench.runtime.block_on(bench.store.sketch(&shape))?.map(|sketch| FileMesh::from(sketch.mesh().clone()))
+        }
     };
     let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no {} {shape}", kind.as_str()), &[]))?;
-    let component = connectivity::largest_component(&mesh);
-    let spectrum = bench.spectra.spectrum(&component.mesh, k, boundary, progress)?;
+    let figure = Figure::largest(&mesh);
+    let spectrum = bench.spectra.spectrum(&figure.mesh, k, boundary, progress)?;
     let eigenvalues = &spectrum.eigenvalues[..k.min(spectrum.len())];
     Ok(json!({ "eigenvalues": eigenvalues, "k": k, "boundary": boundary }).to_string().into())
 }

@@ -281,7 +281,7 @@ fn of_no_file() -> Source {
 #[tokio::test]
 async fn a_spectrum_is_computed_and_kept() {
     let running = Running::for_real().await;
-    let (shape, _) = running.store.insert_mesh(octahedron(), of_no_file(), None, json!({})).await.unwrap();
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
     let task = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
     let job = running.submit_of(JobKind::Spectrum, json!(task)).await;
     running.reaches(&job, State::Succeeded).await;
@@ -298,7 +298,7 @@ async fn a_spectrum_is_computed_and_kept() {
 #[tokio::test]
 async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
     let running = Running::for_real().await;
-    let (shape, _) = running.store.insert_mesh(octahedron(), of_no_file(), None, json!({})).await.unwrap();
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
     let too_long = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
     let nobody = SpectrumTask { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
     for (task, reason) in [(too_long, "7 eigenfunctions"), (nobody, "no mesh mesh_nobody")] {

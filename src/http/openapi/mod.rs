@@ -38,6 +38,7 @@ pub(super) fn routes() -> (Router<App>, Value) {
     let router = OpenApiRouter::with_openapi(Frame::openapi())
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::rename, meshes::delete))
+        .routes(routes!(meshes::components))
         .routes(routes!(geometry::of_mesh))
         .routes(routes!(portraits::of_mesh))
         .routes(routes!(spectra::of_mesh))

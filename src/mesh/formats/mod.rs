@@ -1,5 +1,6 @@
 //! The file formats a mesh arrives in, read to vertices and polygons that are still unproven.
 
+pub mod foreign;
 mod glb;
 mod obj;
 mod off;
@@ -57,6 +58,8 @@ pub enum Format {
     Ply,
     Stl,
     Glb,
+    /// glTF as JSON, its data in it.
+    Gltf,
 }
 
 impl Format {
@@ -68,6 +71,7 @@ impl Format {
             "ply" => Some(Format::Ply),
             "stl" => Some(Format::Stl),
             "glb" => Some(Format::Glb),
+            "gltf" => Some(Format::Gltf),
             _ => None,
         }
     }
@@ -86,6 +90,7 @@ impl Format {
             | "application/stl"
             | "application/vnd.ms-pki.stl" => Some(Format::Stl),
             "model/gltf-binary" => Some(Format::Glb),
+            "model/gltf+json" => Some(Format::Gltf),
             _ => None,
         }
     }
@@ -98,13 +103,19 @@ impl Format {
             Format::Ply => "model/ply",
             Format::Stl => "model/stl",
             Format::Glb => "model/gltf-binary",
+            Format::Gltf => "model/gltf+json",
         }
     }
 
     /// The format the bytes look like.
     pub fn sniff(bytes: &[u8]) -> Option<Format> {
-        if glb::looks_like(bytes) {
+        let bytes = text::without_mark(bytes);
+        if foreign::name(bytes).is_some() {
+            None
+        } else if glb::looks_like(bytes) {
             Some(Format::Glb)
+        } else if glb::looks_like_json(bytes) {
+            Some(Format::Gltf)
         } else if ply::looks_like(bytes) {
             Some(Format::Ply)
         } else if stl::looks_like(bytes) {
@@ -122,12 +133,13 @@ impl Format {
 /// The vertices and polygons of a file. Refused where it cannot be read, with every line that cannot.
 pub(super) fn read(bytes: &[u8], format: Format, limits: &Limits) -> Result<Polygons, Refusal> {
     let polygons = Polygons::new(*limits);
+    let bytes = text::without_mark(bytes);
     match format {
         Format::Obj => obj::read(bytes, polygons),
         Format::Off => off::read(bytes, polygons),
         Format::Ply => ply::read(bytes, polygons),
         Format::Stl => stl::read(bytes, polygons),
-        Format::Glb => glb::read(bytes, polygons),
+        Format::Glb | Format::Gltf => glb::read(bytes, polygons),
     }
 }
 
@@ -147,8 +159,6 @@ pub(super) struct Polygons {
     /// Line of each vertex in a text file, else empty; of each face likewise.
     vertex_lines: Vec<u32>,
     face_lines: Vec<u32>,
-    /// Vertices whose place in the faces is taken by the first vertex at the same point.
-    pub merged: Vec<u32>,
     /// Elements that are no faces.
     pub ignored: usize,
     triangles: usize,
@@ -163,7 +173,6 @@ impl Polygons {
             ends: Vec::new(),
             vertex_lines: Vec::new(),
             face_lines: Vec::new(),
-            merged: Vec::new(),
             ignored: 0,
             triangles: 0,
             limits,
@@ -176,6 +185,11 @@ impl Polygons {
         self.positions.push(position);
         self.vertex_lines.extend(line.map(|line| line as u32));
         Ok(())
+    }
+
+    /// That another face of so many corners keeps to the limits: to be asked before memory is taken for them.
+    fn admit_face(&self, corners: usize) -> Result<(), Refusal> {
+        self.limits.admit_triangles(self.triangles.saturating_add(triangles_of(corners)))
     }
 
     /// Adds a face, counted as the triangles it will be cut into.

@@ -9,7 +9,17 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     content(bytes).next().is_some_and(|(_, line)| keyword(line).is_some())
 }
 
-pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
+/// What each line holds is read line by line, so that colours behind a face are no trouble. A file whose lines do not
+/// hold what they should is read as a stream of numbers, as Geomview itself does.
+pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
+    let limits = polygons.limits;
+    by_lines(bytes, polygons).or_else(|refusal| match refusal {
+        Refusal::Invalid(_) => stream(bytes, Polygons::new(limits)).ok_or(refusal),
+        Refusal::TooLarge { .. } => Err(refusal),
+    })
+}
+
+fn by_lines(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
     let mut lines = content(bytes).peekable();
     let [vertices, faces] = header(&mut lines)?;
     let mut faults = Faults::default();
@@ -35,6 +45,46 @@ pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Ref
     Ok(polygons)
 }
 
+/// The numbers of a file one after the other, wherever its lines end; nothing where they do not come out even.
+fn stream(bytes: &[u8], mut polygons: Polygons) -> Option<Polygons> {
+    let mut words = text::numbered_words(bytes).peekable();
+    let keyword = words.next_if(|(_, word)| text::number(word).is_none()).map_or(&[][..], |(_, word)| word);
+    let (name, fused) = self::keyword(keyword).unwrap_or((&b"OFF"[..], keyword));
+    if !fused.is_empty() || name.iter().any(|b| matches!(b, b'4' | b'n')) {
+        return None;
+    }
+    // Normals, texture coordinates and colours follow the coordinates (Geomview, OFF files).
+    let besides = match &name.to_ascii_uppercase()[..name.len() - 3] {
+        b"" => 0,
+        b"N" => 3,
+        b"ST" => 2,
+        b"C" => 4,
+        _ => return None,
+    };
+    let mut number = || words.next().and_then(|(line, word)| Some((line, text::number(word)?)));
+    let mut count = || number().map(|(_, x)| x).filter(|x| *x >= 0.0 && x.fract() == 0.0).map(|x| x as usize);
+    let [vertices, faces, _edges] = [count()?, count()?, count()?];
+    for _ in 0..vertices {
+        let mut position = [0.0; 3];
+        let mut line = 0;
+        for x in &mut position {
+            (line, *x) = number()?;
+        }
+        for _ in 0..besides {
+            number()?;
+        }
+        polygons.push_vertex(position, Some(line)).ok()?;
+    }
+    for _ in 0..faces {
+        let (line, corners) = number()?;
+        let corners = if corners >= 0.0 && corners.fract() == 0.0 { corners as usize } else { return None };
+        polygons.admit_face(corners).ok()?;
+        let corners: Option<Vec<i64>> = (0..corners).map(|_| number().map(|(_, x)| x as i64)).collect();
+        polygons.push_face(corners?, Some(line)).ok()?;
+    }
+    words.next().is_none().then_some(polygons)
+}
+
 /// The lines that are neither blank nor comment.
 fn content(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
     text::lines(bytes).filter(|(_, line)| !line.is_empty())
@@ -47,9 +97,9 @@ fn ended(announced: usize, read: usize, unit: &str) -> Refusal {
     )
 }
 
-/// The keyword at the start of a line (`OFF`, `COFF`, `STCN4OFF` …) and what follows it.
+/// The keyword at the start of a line (`OFF`, `COFF`, `STCN4OFF` …), in capitals or not, and what follows it.
 fn keyword(line: &[u8]) -> Option<(&[u8], &[u8])> {
-    let length = line.windows(3).take(6).position(|word| word == b"OFF")? + 3;
+    let length = line.windows(3).take(6).position(|word| word.eq_ignore_ascii_case(b"OFF"))? + 3;
     Some(line.split_at(length))
 }
 
@@ -62,8 +112,8 @@ fn header<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (u64, &'a [u8
             let detail = format!("{} has points of other than 3 dimensions", text::shown(keyword));
             return Err(Refusal::because(Place::line(number), detail));
         }
-        if text::words(rest).next() == Some(b"BINARY") {
-            return Err(Refusal::because(Place::line(number), "binary off is not supported: send it as text"));
+        if text::words(rest).next().is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
+            return Err(Refusal::because(Place::line(number), "binary off is not read: send it as text"));
         }
         lines.next();
         counts = (number, rest);
@@ -78,6 +128,10 @@ fn header<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (u64, &'a [u8
     let (number, line) = counts;
     let mut words = text::words(line).map(|word| text::integer(word).and_then(|count| usize::try_from(count).ok()));
     match (words.next().flatten(), words.next().flatten()) {
+        // More numbers than counts are the vertices, which then do not stand on lines of their own.
+        (Some(_), Some(_)) if words.nth(1).is_some() => {
+            Err(Refusal::because(Place::line(number), "the numbers after the counts do not come out even"))
+        }
         (Some(vertices), Some(faces)) => Ok([vertices, faces]),
         _ => Err(Refusal::because(
             Place::line(number),
@@ -120,6 +174,20 @@ mod tests {
             let faces: Vec<_> = polygons.faces().map(<[i64]>::to_vec).collect();
             assert_eq!(faces, [vec![0, 1, 2, 3], vec![0, 1, 2]], "{header}");
         }
+    }
+
+    #[test]
+    fn reads_a_stream_of_numbers_wherever_its_lines_end() {
+        let numbers = "4 4 6 0 0 0 1 0 0 0 1 0 0 0 1 3 0 2 1 3 0 1 3 3 0 3 2 3 1 2 3";
+        let expected = off("OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n").unwrap();
+        let words: Vec<&str> = numbers.split(' ').collect();
+        let wrapped: Vec<String> = words.chunks(5).map(|line| line.join(" ")).collect();
+        for text in [format!("OFF {numbers}"), format!("off\n{numbers}\n"), format!("OFF\n{}", wrapped.join("\n"))] {
+            let polygons = off(&text).unwrap();
+            assert_eq!(polygons.positions, expected.positions, "{text}");
+            assert!(polygons.faces().eq(expected.faces()), "{text}");
+        }
+        assert!(off(&format!("OFF {numbers} 7")).is_err());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! Read here and not by a crate, because the kind cannot be told by the word `solid` alone (binary headers have it too)
 //! and because messages name lines.
 
+use std::iter::Peekable;
+
 use super::Polygons;
 use super::text;
 use super::weld::Weld;
@@ -36,7 +38,8 @@ fn is_binary(bytes: &[u8]) -> bool {
 
 fn is_text(bytes: &[u8]) -> bool {
     let mut words = text::words(&bytes[..bytes.len().min(HEAD)]);
-    words.next() == Some(b"solid") && words.any(|word| word == b"facet" || word == b"endsolid")
+    let is = |word: &[u8], keyword: &str| word.eq_ignore_ascii_case(keyword.as_bytes());
+    words.next().is_some_and(|first| is(first, "solid")) && words.any(|word| is(word, "facet") || is(word, "endsolid"))
 }
 
 /// The vertices and faces of facets that arrive corner by corner.
@@ -61,6 +64,18 @@ impl Facets {
         Ok(())
     }
 
+    /// Ends the facet that began on this line.
+    fn end(&mut self, start: u64, faults: &mut Faults) -> Result<(), Refusal> {
+        match self.corners.len() {
+            3 => self.finish(Some(start)),
+            corners => {
+                faults.push(Place::line(start), format!("a facet of {corners} vertices: 3 are needed"));
+                self.corners.clear();
+                Ok(())
+            }
+        }
+    }
+
     fn finish(&mut self, line: Option<u64>) -> Result<(), Refusal> {
         self.polygons.push_face(self.corners.drain(..), line)
     }
@@ -71,10 +86,13 @@ fn read_binary(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
         Refusal::because(Place::file(), format!("an stl file has at least {PREAMBLE} bytes, this one {}", bytes.len()))
     })?;
     let facets = &bytes[PREAMBLE..];
-    if (facets.len() / FACET) as u64 != count {
-        let detail = format!("the header announces {count} triangles, the file has {}", facets.len() / FACET);
+    let present = (facets.len() / FACET) as u64;
+    if count > present {
+        let detail = format!("the header announces {count} triangles, the file has {present}");
         return Err(Refusal::because(Place::file(), detail));
     }
+    // Some programs leave the number 0, others write more behind the facets.
+    let facets = &facets[..FACET * if count == 0 { present } else { count } as usize];
     let mut read = Facets::new(polygons);
     for facet in facets.chunks_exact(FACET) {
         let (coordinates, _) = facet[12..48].as_chunks::<4>();
@@ -92,27 +110,30 @@ fn read_text(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
     let mut read = Facets::new(polygons);
     let mut faults = Faults::default();
     let mut start = 0;
-    for (number, line) in text::lines(bytes) {
-        let mut words = text::words(line);
-        match words.next() {
-            Some(b"facet") => {
+    let mut words = text::numbered_words(bytes).peekable();
+    while let Some((line, word)) = words.next() {
+        match word.to_ascii_lowercase().as_slice() {
+            b"solid" | b"endsolid" => skip_name(line, &mut words),
+            b"facet" => {
                 if !read.corners.is_empty() {
                     faults.push(Place::line(start), "this facet has no end");
                     read.corners.clear();
                 }
-                start = number;
+                start = line;
             }
-            Some(b"vertex") => match text::position(words) {
-                Ok(position) => read.push_corner(position, Some(number))?,
-                Err(detail) => faults.push(Place::line(number), detail),
-            },
-            Some(b"endfacet") => match read.corners.len() {
-                3 => read.finish(Some(start))?,
-                corners => {
-                    faults.push(Place::line(start), format!("a facet of {corners} vertices: 3 are needed"));
-                    read.corners.clear();
+            b"vertex" => {
+                let is_keyword = |word: &[u8]| word.first().is_some_and(|b| matches!(b | 32, b'v' | b'e' | b'f'));
+                let coordinates =
+                    std::iter::from_fn(|| words.next_if(|(_, word)| !is_keyword(word)).map(|(_, word)| word));
+                match text::position(coordinates.take(3)) {
+                    Ok(position) => read.push_corner(position, Some(line))?,
+                    Err(detail) => faults.push(Place::line(line), detail),
                 }
-            },
+            }
+            b"endfacet" => read.end(start, &mut faults)?,
+            b"end" if words.next_if(|(_, word)| word.eq_ignore_ascii_case(b"facet")).is_some() => {
+                read.end(start, &mut faults)?;
+            }
             _ => {}
         }
     }
@@ -121,6 +142,20 @@ fn read_text(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
     }
     faults.into_result()?;
     Ok(read.polygons)
+}
+
+/// Passes over the name of a solid: what stands on its line, up to a facet where there is one.
+fn skip_name<'a>(line: u64, words: &mut Peekable<impl Iterator<Item = (u64, &'a [u8])> + Clone>) {
+    let is = |word: Option<(u64, &[u8])>, keyword: &str| {
+        word.is_some_and(|(_, word)| word.eq_ignore_ascii_case(keyword.as_bytes()))
+    };
+    while words.peek().is_some_and(|&(next, _)| next == line) {
+        let mut ahead = words.clone();
+        if is(ahead.next(), "facet") && is(ahead.next(), "normal") {
+            return;
+        }
+        words.next();
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,18 @@
 //! Lines and numbers of text files. Bytes that are no UTF-8 only matter where a number is expected.
 
+/// The bytes without the mark of UTF-8 that some editors put before a text.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+/// The words of a text between blanks with the numbers of their lines, comments as in [`lines`] left out.
+pub(super) fn numbered_words(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> + Clone {
+    lines(bytes).flat_map(|(number, line)| words(line).map(move |word| (number, word)))
+}
+
 /// The lines of a text with their numbers from 1, the comment that `#` starts taken off, blank at both ends trimmed.
 /// A line ends at \n, \r\n or \r.
-pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
+pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> + Clone {
     // A text of the old Mac kind has no \n at all.
     let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
     (1..).zip(bytes.split(move |&b| b == end)).map(|(number, line)| {
@@ -12,7 +22,7 @@ pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (u64, &[u8])> {
 }
 
 /// The parts of a line between blanks.
-pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
     line.split(|b| b.is_ascii_whitespace()).filter(|word| !word.is_empty())
 }
 

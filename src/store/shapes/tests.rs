@@ -3,14 +3,15 @@ use std::sync::Arc;
 use serde_json::json;
 
 use super::*;
+use crate::mesh::TriangleMesh;
 use crate::sketch::YAxis;
 use crate::store::testing::{fresh, open};
 use crate::store::{JobKind, NewJob, Places, Submitted};
 
 /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
-fn square(x: f64) -> TriangleMesh {
+fn square(x: f64) -> FileMesh {
     let positions = [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0], [9.0, 9.0, 0.1]];
-    TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap()
+    TriangleMesh::new(positions.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap().into()
 }
 
 fn drawing(y_axis: YAxis) -> Sketch {

@@ -1,58 +1,53 @@
-//! Binary glTF 2.0 that holds all its data: the triangles of the default scene, in the order of a walk through its nodes.
-//!
-//! Seams (vertices doubled for normals or texture) are closed: faces use the first of the vertices at one point.
+//! glTF 2.0 that holds all its data, binary or as JSON: the triangles of the default scene, in the order of a walk through
+//! its nodes.
 
-use gltf::accessor::{Accessor, DataType, Dimensions};
-use gltf::buffer::Source;
+mod accessors;
+mod container;
+mod matrix;
+mod skin;
+
 use gltf::mesh::Mode;
-use gltf::{Document, Glb, Node, Primitive, Semantic};
+use gltf::{Document, Node, Primitive, Semantic};
 
-use super::weld::Weld;
 use super::{Polygons, admit};
 use crate::mesh::refusal::{Place, Refusal};
-
-const MAGIC: &[u8] = b"glTF";
-/// Bytes of the file's header and of the first chunk's.
-const PREAMBLE: usize = 20;
-/// Most bytes of the JSON chunk: parsed it takes a hundred times the memory.
-const LONGEST_JSON: usize = 4 << 20;
-/// Required extensions that change no geometry.
-const HARMLESS: [&str; 5] = ["KHR_lights_", "KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_xmp"];
-
-/// A 4 × 4 matrix by columns.
-type Matrix = [[f64; 4]; 4];
-
-const IDENTITY: Matrix = [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 0., 0., 1.]];
+use container::Container;
+use matrix::{IDENTITY, Matrix, determinant, placed, product};
+use skin::Bones;
 
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
-    bytes.starts_with(MAGIC)
+    container::looks_binary(bytes)
+}
+
+pub(super) fn looks_like_json(bytes: &[u8]) -> bool {
+    container::looks_like_json(bytes)
 }
 
 pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
-    let (document, data) = open(bytes)?;
-    let scene =
-        document.default_scene().or_else(|| document.scenes().next()).ok_or_else(|| refusal("it has no scene"))?;
-    let mut read = Read { polygons, weld: Weld::default(), firsts: Vec::new(), primitives: 0, indices: 0, data: &data };
-    let mut visited = vec![false; document.nodes().len()];
-    let mut pending: Vec<(Node, Matrix)> = scene.nodes().map(|node| (node, IDENTITY)).collect();
-    pending.reverse();
-    while let Some((node, parent)) = pending.pop() {
-        // The nodes of a valid file form trees; others might never end.
+    let container = Container::open(bytes)?;
+    let document = &container.document;
+    let roots = shown(document);
+    let worlds = worlds(document)?;
+    let skins = document.skins().map(|skin| Bones::of(&skin, &worlds, &container)).collect::<Result<Vec<_>, _>>();
+    let skins = skins.map_err(refusal)?;
+    let mut read = Read { polygons, primitives: 0, indices: 0, container: &container };
+    let mut visited = vec![false; worlds.len()];
+    let mut pending: Vec<Node> = roots.into_iter().rev().collect();
+    while let Some(node) = pending.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
-            return Err(refusal(format!("node {} is in the scene twice", node.index())));
+            return Err(twice(&node));
         }
-        let world = product(parent, node.transform().matrix().map(|column| column.map(f64::from)));
         if let Some(mesh) = node.mesh() {
             // A skin places its vertices itself: its node's transform does not count.
-            let transform = if node.skin().is_some() { IDENTITY } else { world };
+            let bones = node.skin().and_then(|skin| skins[skin.index()].as_ref());
+            let transform = if node.skin().is_some() { IDENTITY } else { worlds[node.index()] };
             for primitive in mesh.primitives() {
                 let place = format!("primitive {} of mesh {}", primitive.index(), mesh.index());
-                read.primitive(&primitive, transform, &place)?;
+                read.primitive(&primitive, &transform, bones, &place)?;
             }
         }
-        let children = pending.len();
-        pending.extend(node.children().map(|child| (child, world)));
-        pending[children..].reverse();
+        let children: Vec<Node> = node.children().collect();
+        pending.extend(children.into_iter().rev());
     }
     Ok(read.polygons)
 }
@@ -61,49 +56,59 @@ fn refusal(detail: impl Into<String>) -> Refusal {
     Refusal::because(Place::file(), detail)
 }
 
-/// The document, valid JSON that keeps to the schema, and the binary chunk.
-fn open(bytes: &[u8]) -> Result<(Document, Vec<u8>), Refusal> {
-    let word = |at: usize| bytes.get(at..at + 4).and_then(|w| w.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
-    if bytes.len() < PREAMBLE || !looks_like(bytes) || word(8) < PREAMBLE {
-        return Err(refusal("it is no binary gltf file"));
+/// The nodes of a valid file form trees; others might never end.
+fn twice(node: &Node) -> Refusal {
+    refusal(format!("node {} is in the scene twice", node.index()))
+}
+
+/// The nodes at the top of what is shown: those of the default scene, else of the first, else all that are nobody's child.
+fn shown(document: &Document) -> Vec<Node<'_>> {
+    if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
+        return scene.nodes().collect();
     }
-    if word(12) > LONGEST_JSON {
-        return Err(Refusal::TooLarge {
-            unit: "bytes of gltf json",
-            found: word(12) as u64,
-            limit: LONGEST_JSON as u64,
-        });
+    tops(document)
+}
+
+/// The nodes that are nobody's child.
+fn tops(document: &Document) -> Vec<Node<'_>> {
+    let mut is_child = vec![false; document.nodes().len()];
+    document.nodes().for_each(|node| node.children().for_each(|child| is_child[child.index()] = true));
+    document.nodes().filter(|node| !is_child[node.index()]).collect()
+}
+
+/// Per node the matrix that places it, all its parents' in it.
+fn worlds(document: &Document) -> Result<Vec<Matrix>, Refusal> {
+    let mut worlds = vec![IDENTITY; document.nodes().len()];
+    let mut visited = vec![false; worlds.len()];
+    let mut pending: Vec<(Node, Matrix)> = tops(document).into_iter().map(|node| (node, IDENTITY)).collect();
+    while let Some((node, parent)) = pending.pop() {
+        if std::mem::replace(&mut visited[node.index()], true) {
+            return Err(twice(&node));
+        }
+        let world = product(parent, node.transform().matrix().map(|column| column.map(f64::from)));
+        worlds[node.index()] = world;
+        pending.extend(node.children().map(|child| (child, world)));
     }
-    let unreadable = |error: &dyn std::fmt::Display| refusal(format!("the gltf file cannot be read: {error}"));
-    let glb = Glb::from_slice(bytes).map_err(|error| unreadable(&error))?;
-    let mut root = gltf::json::Root::from_slice(&glb.json).map_err(|error| unreadable(&error))?;
-    root.extensions_required.retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
-    if let Some(name) = root.extensions_required.first() {
-        return Err(refusal(format!("it requires the extension {name:?}, which is not supported")));
-    }
-    // The crate's own validation takes these indices for granted.
-    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
-    if attributes.any(|accessor| accessor.value() >= root.accessors.len()) {
-        return Err(refusal("a primitive names an accessor that does not exist"));
-    }
-    let document = Document::from_json(root).map_err(|error| unreadable(&error))?;
-    Ok((document, glb.bin.unwrap_or_default().into_owned()))
+    Ok(worlds)
 }
 
 /// What has been read of a file.
 struct Read<'a> {
     polygons: Polygons,
-    weld: Weld,
-    /// Per vertex the first one at the same point.
-    firsts: Vec<u32>,
     /// Primitives and indices gone through so far, once for every node that shows them.
     primitives: usize,
     indices: usize,
-    data: &'a [u8],
+    container: &'a Container,
 }
 
 impl Read<'_> {
-    fn primitive(&mut self, primitive: &Primitive, transform: Matrix, place: &str) -> Result<(), Refusal> {
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        transform: &Matrix,
+        bones: Option<&Bones>,
+        place: &str,
+    ) -> Result<(), Refusal> {
         self.primitives += 1;
         admit("primitives", self.primitives, self.polygons.limits.triangles)?;
         let triangles = match primitive.mode() {
@@ -117,88 +122,35 @@ impl Read<'_> {
         };
         let first = self.polygons.positions.len();
         let here = |detail: String| refusal(format!("{place}: {detail}"));
-        let positions = primitive.get(&Semantic::Positions).ok_or_else(|| here("it has no positions".into()))?;
-        self.vertices(&positions, transform, &here)?;
+        let accessor = primitive.get(&Semantic::Positions).ok_or_else(|| here("it has no positions".into()))?;
+        self.polygons.limits.admit_vertices(first.saturating_add(accessor.count()))?;
+        let mut positions = self.container.numbers::<3>(&accessor).map_err(here)?;
+        if let Some(bones) = bones {
+            bones.place(&mut positions, primitive, self.container).map_err(here)?;
+        }
+        for position in positions {
+            self.polygons.push_vertex(placed(transform, position), None)?;
+        }
         let vertices = self.polygons.positions.len() - first;
         let indices = match primitive.indices() {
-            Some(accessor) => self.indices(&accessor, &here)?,
+            Some(accessor) => {
+                // Those of triangles that are left out count too: lists have the most for their triangles, three each.
+                self.indices = self.indices.saturating_add(accessor.count());
+                admit("indices", self.indices, self.polygons.limits.triangles.saturating_mul(3))?;
+                self.container.indices(&accessor).map_err(here)?
+            }
             None => (0..vertices as u32).collect(),
         };
         if let Some(index) = indices.iter().find(|&&index| index as usize >= vertices) {
             return Err(here(format!("index {index} is out of range: there are {vertices} vertices")));
         }
-        let mirrored = determinant(transform) < 0.0;
+        let mirrored = determinant(transform) < 0.0 || bones.is_some_and(Bones::mirror);
         for [a, b, c] in triangles(&indices).map_err(here)? {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
-            self.polygons.push_face(corners.map(|v| i64::from(self.firsts[first + v as usize])), None)?;
+            self.polygons.push_face(corners.map(|v| (first + v as usize) as i64), None)?;
         }
         Ok(())
     }
-
-    fn vertices(&mut self, accessor: &Accessor, m: Matrix, here: &impl Fn(String) -> Refusal) -> Result<(), Refusal> {
-        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
-            return Err(here("its positions are not three floats each".into()));
-        }
-        self.polygons.limits.admit_vertices(self.polygons.positions.len().saturating_add(accessor.count()))?;
-        for element in elements(accessor, self.data).map_err(here)? {
-            let mut p = [0.0; 3];
-            element.as_chunks::<4>().0.iter().zip(&mut p).for_each(|(x, c)| *c = f64::from(f32::from_le_bytes(*x)));
-            // Negative zero becomes zero, so that equal points have equal bits.
-            let position = [0, 1, 2].map(|i: usize| m[0][i] * p[0] + m[1][i] * p[1] + m[2][i] * p[2] + m[3][i] + 0.0);
-            let vertex = self.polygons.positions.len() as u32;
-            let first = self.weld.first(position, vertex);
-            self.firsts.push(first);
-            if first != vertex {
-                self.polygons.merged.push(vertex);
-            }
-            self.polygons.push_vertex(position, None)?;
-        }
-        Ok(())
-    }
-
-    fn indices(&mut self, accessor: &Accessor, here: &impl Fn(String) -> Refusal) -> Result<Vec<u32>, Refusal> {
-        if accessor.dimensions() != Dimensions::Scalar {
-            return Err(here("its indices are not scalars".into()));
-        }
-        // Those of triangles that are left out count too: lists have the most indices for their triangles, three each.
-        self.indices = self.indices.saturating_add(accessor.count());
-        admit("indices", self.indices, self.polygons.limits.triangles.saturating_mul(3))?;
-        let index = |element: &[u8]| match *element {
-            [a] => u32::from(a),
-            [a, b] => u32::from(u16::from_le_bytes([a, b])),
-            [a, b, c, d] => u32::from_le_bytes([a, b, c, d]),
-            _ => u32::MAX,
-        };
-        match accessor.data_type() {
-            DataType::U8 | DataType::U16 | DataType::U32 => {
-                Ok(elements(accessor, self.data).map_err(here)?.map(index).collect())
-            }
-            _ => Err(here("its indices are not unsigned integers".into())),
-        }
-    }
-}
-
-/// The bytes of each element of an accessor, all proven to lie in the file.
-fn elements<'a>(
-    accessor: &Accessor,
-    data: &'a [u8],
-) -> Result<impl ExactSizeIterator<Item = &'a [u8]> + use<'a>, String> {
-    if accessor.sparse().is_some() {
-        return Err("sparse accessors are not supported".into());
-    }
-    let view = accessor.view().ok_or("an accessor has no data")?;
-    if let Source::Uri(_) = view.buffer().source() {
-        return Err("its data are outside the file: only self-contained files are accepted".into());
-    }
-    let (count, size) = (accessor.count(), accessor.size());
-    let stride = view.stride().unwrap_or(size);
-    let view = view.offset().checked_add(view.length()).and_then(|end| data.get(view.offset()..end));
-    let data = view.and_then(|view| view.get(accessor.offset()..)).unwrap_or_default();
-    let length = count.saturating_sub(1).checked_mul(stride).and_then(|length| length.checked_add(size));
-    if stride < size || (count > 0 && length.is_none_or(|length| length > data.len())) {
-        return Err(format!("accessor {} reaches beyond its data", accessor.index()));
-    }
-    Ok((0..count).map(move |i| &data[i * stride..i * stride + size]))
 }
 
 fn triangles_of_list(indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
@@ -220,19 +172,11 @@ fn triangles_of_fan(indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
     Ok(rim.windows(2).map(|w| [centre, w[0], w[1]]).collect())
 }
 
-fn product(a: Matrix, b: Matrix) -> Matrix {
-    b.map(|column| [0, 1, 2, 3].map(|i: usize| (0..4).map(|j| a[j][i] * column[j]).sum()))
-}
-
-/// Of the upper left 3 × 3.
-fn determinant([a, b, c, _]: Matrix) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) + c[0] * (a[1] * b[2] - a[2] * b[1])
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_1_SQRT_2;
 
+    use gltf::Glb;
     use serde_json::{Value, json};
 
     use super::super::{Format, Limits, read};
@@ -278,16 +222,14 @@ mod tests {
     }
 
     #[test]
-    fn reads_lists_strips_and_fans_with_seams_closed() {
+    fn reads_lists_strips_and_fans() {
         let list: &[u16] = &[0, 1, 2, 4, 2, 3];
         for (mode, indices) in [(4, list), (5, &[1, 2, 4, 3]), (5, &[1, 1, 1, 2, 4, 3]), (6, &[4, 1, 2, 3])] {
             let (json, data) = square(mode, indices, json!([{"mesh": 0}]));
             let polygons = reread(&json, &data).unwrap();
             assert_eq!(polygons.positions.len(), 5);
-            assert_eq!(polygons.merged, [4]);
             let area: f64 = faces(&polygons).iter().map(|f| signed_area(&polygons.positions, f)).sum();
             assert_eq!((polygons.faces().len(), area), (2, 1.0), "{mode} {indices:?}");
-            assert!(faces(&polygons).concat().iter().all(|&v| v != 4));
         }
     }
 
@@ -391,7 +333,7 @@ mod tests {
         ) {
             let (json, data) = square(4, &[0, 1, 2, 4, 2, 3], json!([{"mesh": 0, "translation": [1, 0, 0]}]));
             let mut bytes = glb(&json, &data);
-            let digits: Vec<usize> = (PREAMBLE..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
+            let digits: Vec<usize> = (20..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
             damage.iter().for_each(|(at, digit)| bytes[digits[at.index(digits.len())]] = *digit);
             let _ = read(&bytes, Format::Glb, &Limits::default());
         }

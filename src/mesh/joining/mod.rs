@@ -1,0 +1,135 @@
+//! Parts of a body made one surface: everything that is closed in by them, as a grid sees it.
+
+pub(super) mod grid;
+
+use fast_surface_nets::ndshape::RuntimeShape;
+use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
+
+use super::TriangleMesh;
+use super::connectivity::largest_component;
+use super::mending::mended;
+use crate::numerics::distance_transform::squared_distances;
+use crate::numerics::{Cancelled, Watch};
+use grid::Grid;
+
+/// Cells along the longest side: arms and legs are several cells thick.
+const CELLS: usize = 128;
+/// Gaps and holes of up to twice these widths, in cells, are closed; the first with which the parts hang together is taken.
+const CLOSED: [f32; 3] = [1.5, 2.5, 3.5];
+/// Rounds in which the steps of the grid are smoothed.
+const ROUNDS: usize = 3;
+
+/// The surface around triangles of several parts, closed and connected, about half a cell outside them; nothing where they
+/// do not enclose any or are too many and large. `parts` are numbers of the parts, one per triangle.
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub(super) fn joined(
+    positions: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+    parts: &[u32],
+    watch: &dyn Watch,
+) -> Result<Option<TriangleMesh>, Cancelled> {
+    let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
+    let Some(grid) = Grid::around(triangles.iter().flat_map(corners), CELLS) else { return Ok(None) };
+    if !grid.can_hold(triangles.iter().map(corners)) {
+        return Ok(None);
+    }
+    let mut is_surface = vec![false; grid.cells()];
+    let mut seeds: Vec<(u32, usize)> = Vec::new();
+    for (triangle, &part) in triangles.iter().zip(parts) {
+        let mut first = None;
+        grid.cross(corners(triangle), |cell| {
+            is_surface[cell] = true;
+            first.get_or_insert(cell);
+        });
+        seeds.extend(first.map(|cell| (part, cell)));
+    }
+    seeds.sort_unstable();
+    seeds.dedup_by_key(|(part, _)| *part);
+    watch.proceed(0.0)?;
+    let from_surface = squared_distances(&is_surface, grid.sizes);
+    for (i, closed) in CLOSED.into_iter().enumerate() {
+        watch.proceed((i + 1) as f64 / (CLOSED.len() + 1) as f64)?;
+        let is_outside = grid.reached_from_the_border(|cell| from_surface[cell] > closed * closed);
+        let from_outside = squared_distances(&is_outside, grid.sizes);
+        let depths: Vec<f32> = from_outside.into_iter().map(|squared| closed - squared.sqrt()).collect();
+        let together = grid.hang_together(|cell| depths[cell] < 0.0, seeds.iter().map(|&(_, cell)| cell));
+        if together || i + 1 == CLOSED.len() {
+            return Ok(surface(&grid, &depths));
+        }
+    }
+    Ok(None)
+}
+
+/// The largest connected surface where `depths` changes its sign.
+fn surface(grid: &Grid, depths: &[f32]) -> Option<TriangleMesh> {
+    let sizes = grid.sizes.map(|size| size as u32);
+    let mut net = SurfaceNetsBuffer::default();
+    surface_nets(depths, &RuntimeShape::<u32, 3>::new(sizes), [0; 3], sizes.map(|size| size - 1), &mut net);
+    let triangles: Vec<[u32; 3]> = net.indices.as_chunks::<3>().0.to_vec();
+    let mut positions: Vec<[f64; 3]> = net.positions.iter().map(|p| grid.place(p.map(f64::from))).collect();
+    let sound = mended(&positions, &triangles).0?;
+    positions = sound.origins.iter().map(|&v| positions[v as usize]).collect();
+    (0..ROUNDS).for_each(|_| smooth(&mut positions, &sound.triangles));
+    let mesh = TriangleMesh::new(positions, sound.triangles).ok()?;
+    Some(largest_component(&mesh).mesh)
+}
+
+/// Moves every vertex half way to the mean of its neighbours.
+fn smooth(positions: &mut [[f64; 3]], triangles: &[[u32; 3]]) {
+    let mut sums = vec![([0.0; 3], 0.0); positions.len()];
+    for &[a, b, c] in triangles {
+        for (vertex, neighbour) in [(a, b), (b, c), (c, a), (b, a), (c, b), (a, c)] {
+            let (sum, count) = &mut sums[vertex as usize];
+            *sum = std::array::from_fn(|i| sum[i] + positions[neighbour as usize][i]);
+            *count += 1.0;
+        }
+    }
+    for (p, (sum, count)) in positions.iter_mut().zip(sums).filter(|(_, (_, count))| *count > 0.0) {
+        *p = std::array::from_fn(|i| 0.5 * (p[i] + sum[i] / count));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::edges::Edges;
+    use crate::numerics::Unwatched;
+
+    /// A box of these extents from this corner.
+    fn cuboid(corner: [f64; 3], extent: [f64; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        let bit = |i: u32, axis: usize| f64::from(i >> axis & 1);
+        let positions = (0..8).map(|i| [0, 1, 2].map(|axis| corner[axis] + extent[axis] * bit(i, axis))).collect();
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        (positions, sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+    }
+
+    fn together(boxes: &[([f64; 3], [f64; 3])]) -> TriangleMesh {
+        let (mut positions, mut triangles, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+        for (part, &(corner, extent)) in (0..).zip(boxes) {
+            let first = positions.len() as u32;
+            let (corners, sides) = cuboid(corner, extent);
+            positions.extend(corners);
+            parts.extend(std::iter::repeat_n(part, sides.len()));
+            triangles.extend(sides.iter().map(|t| t.map(|v| first + v)));
+        }
+        joined(&positions, &triangles, &parts, &Unwatched).unwrap().unwrap()
+    }
+
+    #[test]
+    fn parts_that_overlap_touch_or_nearly_touch_are_one_closed_surface() {
+        for gap in [-0.2, 0.0, 0.02, 0.04] {
+            let mesh = together(&[([0.0; 3], [1.0; 3]), ([1.0 + gap, 0.2, 0.2], [1.0, 0.6, 0.6])]);
+            assert_eq!(Edges::of(mesh.triangles()).boundary().count(), 0, "{gap}");
+            let whole = 6.0 + 4.0 * 0.6 * (1.0 + gap.min(0.0));
+            assert!((mesh.area() / whole - 1.0).abs() < 0.08, "{gap}: {} for {whole}", mesh.area());
+        }
+    }
+
+    #[test]
+    fn what_is_inside_leaves_no_trace() {
+        let mesh = together(&[([0.0; 3], [1.0; 3]), ([0.4; 3], [0.2; 3])]);
+        assert!((mesh.area() - 6.0).abs() < 0.4, "{}", mesh.area());
+    }
+}

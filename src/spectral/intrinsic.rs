@@ -1,0 +1,164 @@
+//! A surface told by the lengths of its edges, triangulated anew where its triangles are thin [SC20].
+//!
+//! The operator of thin triangles drowns in rounding, and triangles without area have none. Lengths that just make no
+//! triangle are made a little longer, all by the same; then edges are flipped within the surface until all of them are
+//! Delaunay: it stays what it is, and its vertices too, while no weight is negative.
+
+use super::laplacian::Triangles;
+use crate::mesh::edges::{Edges, HalfEdge, triangle_of};
+use crate::mesh::{TriangleMesh, length, subtract};
+
+/// A triangle is thin where its height over its longest edge is less than this share of that edge.
+const THIN: f64 = 1e-4;
+/// By how much two edges of a triangle are longer together than the third, as a share of a short edge of the mesh.
+const SLACK: f64 = 1e-5;
+/// The share of edges that are shorter than what counts as a short edge.
+const SHORTER: usize = 10;
+/// The least sum of cotangents opposite an edge that is Delaunay but for rounding.
+const DELAUNAY: f64 = -1e-9;
+/// Flips for each edge, after which the triangulation is taken as it is. Sheared grids take about ten.
+const PATIENCE: usize = 100;
+
+/// Marks a half-edge on the boundary.
+const ALONE: HalfEdge = HalfEdge::MAX;
+
+/// Whether a triangle of the mesh is so thin that its operator is to be made from another triangulation.
+pub(super) fn is_thin(mesh: &TriangleMesh) -> bool {
+    lengths(mesh).iter().any(|&lengths| {
+        let (longest, area) = (lengths.into_iter().fold(0.0, f64::max), doubled_area(lengths));
+        // Not a number where rounding leaves no triangle.
+        area.is_nan() || area <= THIN * longest * longest
+    })
+}
+
+/// The intrinsic Delaunay triangulation of the mesh, its vertices those of the mesh.
+pub(super) fn delaunay(mesh: &TriangleMesh) -> Triangles {
+    let mut surface = Surface::of(mesh);
+    surface.mollify();
+    surface.flip();
+    Triangles { corners: surface.corners, lengths: surface.lengths }
+}
+
+/// Of every triangle the lengths of its sides, the first from its first corner to its second.
+fn lengths(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
+    let side = |a: u32, b: u32| length(subtract(mesh.positions()[b as usize], mesh.positions()[a as usize]));
+    mesh.triangles().iter().map(|&[a, b, c]| [side(a, b), side(b, c), side(c, a)]).collect()
+}
+
+/// Twice the area of a triangle of these sides, by Kahan's form of Heron's formula; not a number where they make none.
+pub(super) fn doubled_area(mut sides: [f64; 3]) -> f64 {
+    sides.sort_by(|a, b| b.total_cmp(a));
+    let [a, b, c] = sides;
+    0.5 * ((a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))).sqrt()
+}
+
+/// Triangles glued along their sides; vertices may be joined by several edges, and by an edge with themselves.
+struct Surface {
+    corners: Vec<[u32; 3]>,
+    lengths: Vec<[f64; 3]>,
+    /// Per half-edge the other one on its edge, or [`ALONE`].
+    partners: Vec<HalfEdge>,
+}
+
+impl Surface {
+    fn of(mesh: &TriangleMesh) -> Surface {
+        let mut partners = vec![ALONE; 3 * mesh.triangles().len()];
+        for [g, h] in Edges::of(mesh.triangles()).pairs() {
+            partners[g as usize] = h;
+            partners[h as usize] = g;
+        }
+        Surface { corners: mesh.triangles().to_vec(), lengths: lengths(mesh), partners }
+    }
+
+    /// Makes all edges longer by as much as the flattest triangle needs to be one.
+    fn mollify(&mut self) {
+        let mut positive: Vec<f64> = self.lengths.as_flattened().iter().copied().filter(|&l| l > 0.0).collect();
+        let rank = positive.len() / SHORTER;
+        let short = if positive.is_empty() { 1.0 } else { *positive.select_nth_unstable_by(rank, f64::total_cmp).1 };
+        let lacking = |&[a, b, c]: &[f64; 3]| {
+            SLACK * short - [a + b - c, b + c - a, c + a - b].into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let longer = self.lengths.iter().map(lacking).fold(0.0, f64::max);
+        self.lengths.as_flattened_mut().iter_mut().for_each(|length| *length += longer);
+    }
+
+    /// Flips edges until all are Delaunay.
+    fn flip(&mut self) {
+        let inner = |h: &HalfEdge| *h < self.partner(*h) && self.partner(*h) != ALONE;
+        let mut pending: Vec<HalfEdge> = (0..self.partners.len() as HalfEdge).filter(inner).collect();
+        let mut is_pending = vec![false; self.partners.len()];
+        pending.iter().for_each(|&h| is_pending[h as usize] = true);
+        let mut patience = PATIENCE * pending.len();
+        while let Some(h) = pending.pop().filter(|_| patience > 0) {
+            is_pending[h as usize] = false;
+            let g = self.partner(h);
+            if g == ALONE || triangle_of(g) == triangle_of(h) || self.cotangent(h) + self.cotangent(g) >= DELAUNAY {
+                continue;
+            }
+            patience -= 1;
+            for side in self.flipped(h, g) {
+                let partner = self.partner(side);
+                let known = is_pending[side as usize] || partner != ALONE && is_pending[partner as usize];
+                if partner != ALONE && !known {
+                    is_pending[side as usize] = true;
+                    pending.push(side);
+                }
+            }
+        }
+    }
+
+    fn partner(&self, h: HalfEdge) -> HalfEdge {
+        self.partners[h as usize]
+    }
+
+    fn side(&self, h: HalfEdge) -> f64 {
+        self.lengths[triangle_of(h)][h as usize % 3]
+    }
+
+    /// The cotangent of the angle opposite a half-edge.
+    fn cotangent(&self, h: HalfEdge) -> f64 {
+        let [a, b, c] = sides_from(h).map(|side| self.side(side));
+        (b * b + c * c - a * a) / (2.0 * doubled_area([a, b, c]))
+    }
+
+    /// Replaces the edge of two half-edges by the other diagonal of its quadrilateral; the four sides of that.
+    fn flipped(&mut self, h: HalfEdge, g: HalfEdge) -> [HalfEdge; 4] {
+        // h runs from i to j with k opposite, g from j to i with m opposite.
+        let ([h, jk, ki], [g, im, mj]) = (sides_from(h), sides_from(g));
+        let corner = |side: HalfEdge| self.corners[triangle_of(side)][side as usize % 3];
+        let (i, j, k, m) = (corner(h), corner(g), corner(ki), corner(mj));
+        let apex = |to_start: f64, to_end: f64| {
+            let base = self.side(h);
+            let x = (to_start * to_start - to_end * to_end + base * base) / (2.0 * base);
+            (x, doubled_area([base, to_start, to_end]) / base)
+        };
+        let ((kx, ky), (mx, my)) = (apex(self.side(ki), self.side(jk)), apex(self.side(im), self.side(mj)));
+        let across = (kx - mx).hypot(ky + my);
+        let outer = [im, ki, jk, mj];
+        let (lengths, partners) = (outer.map(|side| self.side(side)), outer.map(|side| self.partner(side)));
+        let (t, u) = (triangle_of(h), triangle_of(g));
+        self.corners[t] = [i, m, k];
+        self.corners[u] = [j, k, m];
+        self.lengths[t] = [lengths[0], across, lengths[1]];
+        self.lengths[u] = [lengths[2], across, lengths[3]];
+        let (t, u) = (3 * t as HalfEdge, 3 * u as HalfEdge);
+        let moved = [t, t + 2, u, u + 2];
+        for (new, old) in moved.into_iter().zip(partners) {
+            // A partner that was one of the four has moved as well.
+            let partner = outer.iter().position(|&side| side == old).map_or(old, |place| moved[place]);
+            self.partners[new as usize] = partner;
+            if partner != ALONE {
+                self.partners[partner as usize] = new;
+            }
+        }
+        self.partners[t as usize + 1] = u + 1;
+        self.partners[u as usize + 1] = t + 1;
+        moved
+    }
+}
+
+/// The half-edges of a triangle from this one on.
+fn sides_from(h: HalfEdge) -> [HalfEdge; 3] {
+    let first = h - h % 3;
+    [h, first + (h % 3 + 1) % 3, first + (h % 3 + 2) % 3]
+}
