@@ -5,6 +5,7 @@ mod disjoint_sets;
 pub(crate) mod edges;
 pub mod formats;
 pub mod geodesics;
+pub mod normals;
 mod polygon;
 pub mod refusal;
 mod soundness;

@@ -22,6 +22,9 @@ use crate::numerics::Watch;
 use crate::sketch::Sketch;
 use crate::spectral::Spectrum;
 
+/// Landmarks that a warning names at most.
+const NAMED: usize = 10;
+
 /// The match of a sketch and a mesh; the same input gives the same answer but for `timings_ms`.
 ///
 /// # Errors
@@ -50,7 +53,7 @@ pub fn run(
 
     let aligned = match settings.alignment {
         Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
-            aligned(sketch, &component, &landmarks, settings.part, surroundings, watch)
+            aligned(sketch, &component, &landmarks, settings.part, &settings.up, surroundings, watch)
         })?),
         Alignment::None {} => None,
     };
@@ -104,7 +107,7 @@ pub fn run(
             initial_c: Matrix::from(start.as_ref()),
             weights: Matrix::from(w.as_ref()),
         },
-        warnings: warnings(settings, &component, mesh, &regions),
+        warnings: warnings(settings, &component, mesh, &regions, aligned),
         timings_ms: stages.finish(),
     })
 }
@@ -201,8 +204,15 @@ fn warnings(
     component: &Component,
     mesh: &TriangleMesh,
     regions: &regions::Correspondence,
+    aligned: Option<&Aligned>,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    let at_odds = aligned.map_or(&[][..], |aligned| &aligned.alignment.at_odds);
+    if !at_odds.is_empty() {
+        let places: Vec<String> = at_odds.iter().take(NAMED).map(|i| format!("/landmarks/{i}")).collect();
+        let more = if at_odds.len() > NAMED { format!(" and {} more", at_odds.len() - NAMED) } else { String::new() };
+        warnings.push(format!("landmarks that contradict most others by their distances: {}{more}", places.join(", ")));
+    }
     let (used, all) = (component.vertices.len(), mesh.positions().len());
     if used < all {
         warnings

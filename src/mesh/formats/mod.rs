@@ -101,6 +101,14 @@ impl Format {
         }
     }
 
+    /// The direction that is up by the format's standard, where it has one.
+    pub fn up(self) -> Option<[f64; 3]> {
+        match self {
+            Format::Glb => Some([0.0, 1.0, 0.0]),
+            Format::Obj | Format::Off | Format::Ply | Format::Stl => None,
+        }
+    }
+
     /// The format the bytes look like.
     pub fn sniff(bytes: &[u8]) -> Option<Format> {
         if glb::looks_like(bytes) {
