@@ -1,7 +1,5 @@
 //! A sketch laid on one view of a mesh, and how well it lies there.
 
-use rayon::prelude::*;
-
 use super::candidates::{Candidate, Kind};
 use super::energy::{Distortion, distortion};
 use super::explanation::{self, Turn};
@@ -18,6 +16,7 @@ use super::view::View;
 use super::visible::Visible;
 use super::warping::warp;
 use super::{AlignmentError, Pair};
+use crate::numerics::side_by_side;
 
 /// The cost of the outlines above which another pose is looked for.
 const POSE_FROM: f64 = 0.05;
@@ -232,11 +231,11 @@ fn turn(scene: &Scene<'_>, frame: &Frame, laying: &Laying) -> (Turn, Frame) {
 /// The attempts on the candidates, best first.
 pub(super) fn attempts(
     scene: &Scene<'_>,
-    candidates: Vec<Candidate>,
+    candidates: &[Candidate],
     landmarks: &Landmarks,
 ) -> Result<Vec<Attempt>, AlignmentError> {
-    let attempts = candidates.into_par_iter().map(|candidate| Attempt::on(scene, candidate, landmarks));
-    let mut attempts = attempts.collect::<Result<Vec<_>, _>>()?;
+    let attempts = side_by_side(candidates, |candidate| Attempt::on(scene, candidate.clone(), landmarks));
+    let mut attempts = attempts.into_iter().collect::<Result<Vec<_>, _>>()?;
     attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
     Ok(attempts)
 }

@@ -1,14 +1,12 @@
 //! The views a sketch may be drawn from, best first.
 
-use rayon::prelude::*;
-
 use super::prepared::PreparedMesh;
 use super::scene::Scene;
 use super::upright::differences;
 use super::view::View;
 use super::warping::{Warp, cost, warp};
 use crate::mesh::{dot, subtract};
-use crate::numerics::Cancelled;
+use crate::numerics::{Cancelled, side_by_side};
 
 /// Views that are tried of either kind.
 const CANONICAL: usize = 14;
@@ -78,13 +76,14 @@ fn nearest(
     count: usize,
     every: usize,
 ) -> Result<Vec<(f64, usize, usize)>, Cancelled> {
-    let cost_of = |(k, side): (usize, usize)| {
+    let cost_of = |&(k, side): &(usize, usize)| {
         scene.watch.proceed(0.0)?;
         let view = if side == 0 { views[k].clone() } else { views[k].from_behind() };
         Ok((cost(&differences(scene, &view), every), k, side))
     };
     let sides: Vec<(usize, usize)> = (0..views.len()).flat_map(|k| [(k, 0), (k, 1)]).collect();
-    let mut nearest = sides.into_par_iter().map(cost_of).collect::<Result<Vec<_>, Cancelled>>()?;
+    let costs = side_by_side(&sides, cost_of);
+    let mut nearest = costs.into_iter().collect::<Result<Vec<_>, Cancelled>>()?;
     nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
     nearest.truncate(count);
     Ok(nearest)

@@ -39,8 +39,6 @@ pub mod views;
 mod visible;
 pub mod warping;
 
-use rayon::prelude::*;
-
 use attempt::{Attempt, attempts};
 use candidates::{Candidate, candidates};
 use flat_shape::FlatShape;
@@ -53,7 +51,7 @@ use upright::Upright;
 
 use crate::mesh::dot;
 use crate::numerics::cholesky::FactorisationError;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Watch, side_by_side};
 
 /// Views that score at most so much more than the best, and at most so many, take the pose that follows from the warp of
 /// the outlines, and those in which the pose is searched on.
@@ -141,10 +139,10 @@ pub fn aligned(
     let scene = &Scene { shape, mesh, upright, watch };
     let (landmarks, none) = (&Landmarks::new(shape, landmarks), &Landmarks::new(shape, &[]));
     let candidates = candidates(scene)?;
-    let (best, others) = best_view(scene, candidates.clone(), none)?;
+    let (best, others) = best_view(scene, &candidates, none)?;
     let (mut best, mut by_distances) = believed(scene, best)?;
     if landmarks.contradict(mesh, &best.map) {
-        let (of_led_view, _) = best_view(scene, candidates, landmarks)?;
+        let (of_led_view, _) = best_view(scene, &candidates, landmarks)?;
         let reconciled =
             reconciled(best.clone().answering(scene, landmarks, best.map.clone()), of_led_view, scene, landmarks)?;
         by_distances &= reconciled.map == best.map;
@@ -208,7 +206,7 @@ fn believed(scene: &Scene<'_>, attempt: Attempt) -> Result<(Attempt, bool), Alig
 /// The best attempt on the candidates, once those that are nearly as good have found their poses, and the others.
 fn best_view(
     scene: &Scene<'_>,
-    candidates: Vec<Candidate>,
+    candidates: &[Candidate],
     landmarks: &Landmarks,
 ) -> Result<(Attempt, Vec<Attempt>), AlignmentError> {
     let attempts = attempts(scene, candidates, landmarks)?;
@@ -222,12 +220,13 @@ fn best_view(
 fn improved(
     mut attempts: Vec<Attempt>,
     (margin, most): (f64, usize),
-    improve: impl Fn(Attempt) -> Result<Attempt, AlignmentError> + Send + Sync,
+    improve: impl Fn(Attempt) -> Result<Attempt, AlignmentError> + Sync,
 ) -> Result<Vec<Attempt>, AlignmentError> {
     let limit = attempts.first().map_or(f64::INFINITY, |best| best.score() + margin);
     let undecided = attempts.iter().take(most).take_while(|attempt| attempt.score() <= limit).count();
     let others = attempts.split_off(undecided);
-    let mut improved = attempts.into_par_iter().map(improve).collect::<Result<Vec<_>, _>>()?;
+    let improved = side_by_side(&attempts, |attempt| improve(attempt.clone()));
+    let mut improved = improved.into_iter().collect::<Result<Vec<_>, _>>()?;
     improved.extend(others);
     improved.sort_by(|a, b| a.score().total_cmp(&b.score()));
     Ok(improved)

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use rayon::prelude::*;
-
 use super::frame::Frame;
 use super::prepared::PreparedMesh;
 use super::scene::Scene;
@@ -158,7 +156,7 @@ pub fn refined(scene: &Scene<'_>, start: Pose) -> Result<Pose, Cancelled> {
                 steps.iter().map(|steps| (moved(&best.moves, steps), steps.iter().map(|step| step.0).collect()));
             let possible = moved.filter(|(moves, _)| moves.iter().all(|step| step.is_possible()));
             let new: Vec<(Vec<Move>, Vec<usize>)> = possible.filter(|(moves, _)| known.insert(key(moves))).collect();
-            let tried = new.into_par_iter().map(seen).collect::<Result<Vec<Tried>, Cancelled>>()?;
+            let tried = new.into_iter().map(seen).collect::<Result<Vec<Tried>, Cancelled>>()?;
             let mut better: Vec<Tried> =
                 tried.into_iter().filter(|tried| tried.pose.total() < best.total() - GAIN).collect();
             if better.is_empty() {
