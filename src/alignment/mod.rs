@@ -31,7 +31,7 @@ pub mod single_outline;
 pub(crate) mod solids;
 pub mod standing;
 pub mod symmetry;
-mod terms;
+pub mod terms;
 mod trust;
 pub mod upright;
 pub mod view;
@@ -47,6 +47,7 @@ use landmarks::Landmarks;
 use prepared::PreparedMesh;
 use reconciliation::reconciled;
 use scene::Scene;
+use terms::Terms;
 use upright::Upright;
 
 use crate::mesh::dot;
@@ -201,6 +202,32 @@ fn believed(scene: &Scene<'_>, attempt: Attempt) -> Result<(Attempt, bool), Alig
         Some(other) if other.score() < attempt.score() => (other, true),
         _ => (attempt, false),
     })
+}
+
+/// An answer that was weighed.
+#[derive(Clone, Debug)]
+pub struct Weighed {
+    pub terms: Terms,
+    /// As [`Alignment::map`].
+    pub map: Vec<u32>,
+}
+
+/// Every attempt that is weighed where there are no landmarks, the answer first: for those who fit what chooses.
+///
+/// # Errors
+/// [`AlignmentError`].
+pub fn weighed(
+    shape: &FlatShape,
+    mesh: &PreparedMesh,
+    upright: Option<Upright>,
+    watch: &dyn Watch,
+) -> Result<Vec<Weighed>, AlignmentError> {
+    let scene = &Scene { shape, mesh, upright, watch };
+    let (best, others) = best_view(scene, &candidates(scene)?, &Landmarks::new(shape, &[]))?;
+    let (answer, by_distances) = believed(scene, best.clone())?;
+    let rejected = by_distances.then_some(best);
+    let all = [answer].into_iter().chain(rejected).chain(others);
+    Ok(all.map(|attempt| Weighed { terms: attempt.terms, map: attempt.map }).collect())
 }
 
 /// The best attempt on the candidates, once those that are nearly as good have found their poses, and the others.

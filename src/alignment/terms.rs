@@ -26,8 +26,12 @@ pub struct Terms {
 impl Terms {
     const COUNT: usize = 9;
 
+    /// The names of the values.
+    pub const NAMES: [&str; Terms::COUNT] =
+        ["contour", "distortion", "swing", "stretch", "sphere", "tilt", "mismatch", "disorder", "uncovered"];
+
     /// In the order of their names.
-    fn values(&self) -> [f64; Terms::COUNT] {
+    pub fn values(&self) -> [f64; Terms::COUNT] {
         [
             self.contour,
             self.distortion,
@@ -48,4 +52,4 @@ impl Terms {
 }
 
 /// What each weighs, in the order of the values; the outlines' cost is the unit.
-const WEIGHTS: [f64; Terms::COUNT] = [1.0, 1.0, 0.01, 0.005, 0.02, 0.1, 0.2, 0.03, 0.2];
+pub const WEIGHTS: [f64; 9] = [1.0, 1.0, 0.01, 0.005, 0.02, 0.1, 0.2, 0.03, 0.2];
