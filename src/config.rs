@@ -9,7 +9,7 @@ use anyhow::ensure;
 use bytesize::ByteSize;
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{EigenvaluesOptions, ExampleOptions, HealthOptions, MatchOptions};
+use crate::commands::{EigenvaluesOptions, ExampleOptions, HealthOptions, MatchOptions, WeighOptions};
 use crate::telemetry::LogFormat;
 use sketchmatch::http::origin::Origin;
 use sketchmatch::{http, store, worker};
@@ -37,6 +37,8 @@ pub enum Command {
     Example(ExampleOptions),
     /// Prints the first eigenvalues of a mesh and how exact they are.
     Eigenvalues(EigenvaluesOptions),
+    /// Judges the attempts at cases whose truth is known, and fits what chooses between them.
+    Weigh(WeighOptions),
     /// Tells by its exit status whether a running server takes requests.
     Health(HealthOptions),
     /// Prints the OpenAPI document.

@@ -53,6 +53,10 @@ pub mod pipeline;
 
 // Floor 3.
 
+/// What chooses between the attempts of an alignment, fitted to cases whose truth is known.
+#[cfg(feature = "service")]
+pub mod fitting;
+
 /// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
 #[cfg(feature = "service")]
 pub mod store;

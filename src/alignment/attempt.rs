@@ -2,22 +2,24 @@
 
 use super::candidates::{Candidate, Kind};
 use super::energy::{Distortion, distortion};
-use super::flat_shape::FlatShape;
+use super::explanation::{self, Turn};
+use super::following::followed;
 use super::frame::Frame;
 use super::landmarks::Landmarks;
 use super::laying::{Laying, laid};
-use super::pose::{self, posed};
+use super::pose::{self, Move, Pose, posed};
 use super::prepared::PreparedMesh;
+use super::scene::Scene;
+use super::terms::Terms;
+use super::upright::differences;
 use super::view::View;
 use super::visible::Visible;
-use super::warping::{differences, warp};
+use super::warping::warp;
 use super::{AlignmentError, Pair};
-use crate::numerics::Watch;
+use crate::numerics::side_by_side;
 
 /// The cost of the outlines above which another pose is looked for.
 const POSE_FROM: f64 = 0.05;
-/// What a radian of swing must be worth.
-const EFFORT: f64 = 0.005;
 /// The price of landmarks missed beside the other costs.
 const LANDMARK_PRICE: f64 = 0.2;
 
@@ -26,8 +28,8 @@ const LANDMARK_PRICE: f64 = 0.2;
 pub(super) struct Attempt {
     pub view: View,
     pub kind: Kind,
-    /// The swing of every limb, in radians; 0 for the mesh as it is.
-    pub angles: Vec<f64>,
+    /// How every limb is moved.
+    pub moves: Vec<Move>,
     /// n × 3, as seen.
     pub positions: Vec<[f64; 3]>,
     pub laying: Laying,
@@ -36,80 +38,104 @@ pub(super) struct Attempt {
     pub distortion: Distortion,
     /// Mean truncated distance of the landmarks' answers from the landmarks; 0 without any.
     pub astray: f64,
+    pub terms: Terms,
 }
 
 impl Attempt {
     /// The sketch on the candidate's view of the mesh as it is.
-    pub fn on(
-        shape: &FlatShape,
-        mesh: &PreparedMesh,
-        candidate: Candidate,
-        landmarks: &Landmarks,
-    ) -> Result<Attempt, AlignmentError> {
-        let angles = vec![0.0; mesh.limbs.len()];
-        Attempt::seen(shape, mesh, candidate, mesh.positions.clone(), angles, landmarks)
+    pub fn on(scene: &Scene<'_>, candidate: Candidate, landmarks: &Landmarks) -> Result<Attempt, AlignmentError> {
+        let moves = vec![Move::default(); scene.mesh.limbs.len()];
+        Attempt::seen(scene, candidate, scene.mesh.positions.clone(), moves, landmarks)
     }
 
-    pub fn seen(
-        shape: &FlatShape,
-        mesh: &PreparedMesh,
+    fn seen(
+        scene: &Scene<'_>,
         candidate: Candidate,
         positions: Vec<[f64; 3]>,
-        angles: Vec<f64>,
+        moves: Vec<Move>,
         landmarks: &Landmarks,
     ) -> Result<Attempt, AlignmentError> {
         let Candidate { view, kind, differences, warp } = candidate;
-        let laying = laid(shape, &view, &differences, &warp, &[])?;
-        let map = lifted(mesh, &positions, &view.frame, &laying.positions);
-        let distortion = distortion(shape, &mesh.distances, &map);
-        let astray = landmarks.astray(mesh, &map);
-        Ok(Attempt { view, kind, angles, positions, laying, map, distortion, astray })
+        let laying = laid(scene.shape, &view, &differences, &warp, &[])?;
+        let map = lifted(scene.mesh, &positions, &view.frame, &laying.positions);
+        Ok(Attempt::of(scene, view, kind, moves, positions, laying, map, landmarks))
+    }
+
+    /// The attempt that consists of these, judged.
+    fn of(
+        scene: &Scene<'_>,
+        view: View,
+        kind: Kind,
+        moves: Vec<Move>,
+        positions: Vec<[f64; 3]>,
+        laying: Laying,
+        map: Vec<u32>,
+        landmarks: &Landmarks,
+    ) -> Attempt {
+        let distortion = distortion(scene.shape, &scene.mesh.distances, &map);
+        let astray = landmarks.astray(scene.mesh, &map);
+        let terms = terms(scene, &view, kind, &moves, &laying, &map, distortion.mean);
+        Attempt { view, kind, moves, positions, laying, map, distortion, astray, terms }
     }
 
     /// What the attempt costs: outlines, distortion, landmarks missed; the less the better.
     pub fn score(&self) -> f64 {
-        let own = self.laying.cost + self.distortion.mean + LANDMARK_PRICE * self.astray + EFFORT * self.swing();
-        own + self.kind.penalty()
+        self.terms.score() + LANDMARK_PRICE * self.astray
     }
 
-    /// All swings of the pose together, in radians.
-    pub fn swing(&self) -> f64 {
-        self.angles.iter().map(|angle| angle.abs()).sum()
+    /// Whether the mesh is in another pose than its own.
+    pub fn is_posed(&self) -> bool {
+        self.moves.iter().any(|step| *step != Move::default())
     }
 
-    /// The attempt with the mesh's limbs swung as the sketch has them, where that explains it better and is likely to
-    /// score no more than `most`.
-    pub fn in_pose(
-        self,
-        shape: &FlatShape,
-        mesh: &PreparedMesh,
-        landmarks: &Landmarks,
-        most: f64,
-        watch: &dyn Watch,
-    ) -> Result<Attempt, AlignmentError> {
-        if self.laying.cost <= POSE_FROM || mesh.limbs.is_empty() {
+    /// The attempt with the mesh's limbs moved as the warp of the outlines has them, where that explains it better.
+    pub fn following(self, scene: &Scene<'_>, landmarks: &Landmarks) -> Result<Attempt, AlignmentError> {
+        if self.laying.cost <= POSE_FROM || scene.mesh.limbs.is_empty() {
             return Ok(self);
         }
-        // As if the other costs were to remain.
-        let most = most - (self.score() - self.laying.cost);
-        let Some(pose) = pose::fitted(shape, mesh, &self.view, most, watch)? else { return Ok(self) };
-        let positions = posed(mesh, &self.view.frame, &pose.angles);
-        let candidate = Candidate::new(shape, pose.view, self.kind);
-        let posed = Attempt::seen(shape, mesh, candidate, positions, pose.angles, landmarks)?;
+        let pose = followed(scene, &self.view)?;
+        self.or_in(scene, pose, landmarks)
+    }
+
+    /// The attempt with the mesh's pose searched on, where that explains it better.
+    pub fn refined(self, scene: &Scene<'_>, landmarks: &Landmarks) -> Result<Attempt, AlignmentError> {
+        if self.laying.cost <= POSE_FROM || scene.mesh.limbs.is_empty() {
+            return Ok(self);
+        }
+        let start = Pose { moves: self.moves.clone(), view: self.view.clone(), cost: self.laying.cost };
+        let pose = pose::refined(scene, start)?;
+        self.or_in(scene, pose, landmarks)
+    }
+
+    /// The attempt, or that in the pose if it scores less.
+    fn or_in(self, scene: &Scene<'_>, pose: Pose, landmarks: &Landmarks) -> Result<Attempt, AlignmentError> {
+        if pose.moves == self.moves {
+            return Ok(self);
+        }
+        let positions = posed(scene.mesh, &self.view.frame, &pose.moves);
+        let candidate = Candidate::new(scene, pose.view, self.kind);
+        let posed = Attempt::seen(scene, candidate, positions, pose.moves, landmarks)?;
         Ok(if posed.score() < self.score() { posed } else { self })
+    }
+
+    /// The camera with the picture turned as the drawing is seen.
+    pub fn as_drawn(&self, scene: &Scene<'_>) -> Frame {
+        let (turn, frame) = turn(scene, &self.view.frame, &self.laying);
+        let frame = frame.rolled(turn.of(scene.shape.turned([1.0, 0.0])));
+        if self.laying.reflected { frame.from_behind() } else { frame }
     }
 
     /// The sketch laid by the help of the landmarks on the mesh in another pose, in every way and from both sides.
     pub fn led(
         &self,
-        shape: &FlatShape,
-        mesh: &PreparedMesh,
+        scene: &Scene<'_>,
         landmarks: &Landmarks,
-        angles: Vec<f64>,
+        moves: Vec<Move>,
     ) -> Result<Vec<Attempt>, AlignmentError> {
-        let positions = posed(mesh, &self.view.frame, &angles);
+        let mesh = scene.mesh;
+        let positions = posed(mesh, &self.view.frame, &moves);
         let front = View::through(self.view.frame, &positions, &mesh.triangles, mesh.closed);
-        let layings = self.layings(shape, mesh, landmarks, &front, &positions)?;
+        let layings = self.layings(scene, landmarks, &front, &positions)?;
         let behind = front.from_behind();
         let mut attempts = Vec::new();
         for (view, turned) in [(behind, true), (front, false)] {
@@ -117,35 +143,34 @@ impl Attempt {
             for laying in &layings {
                 let laying = if turned { laying.turned_round() } else { laying.clone() };
                 let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
-                let (view, kind, angles, positions) = (view.clone(), self.kind, angles.clone(), positions.clone());
-                let (distortion, astray) = (distortion(shape, &mesh.distances, &map), landmarks.astray(mesh, &map));
-                attempts.push(Attempt { view, kind, angles, positions, laying, map, distortion, astray });
+                let (view, moves, positions) = (view.clone(), moves.clone(), positions.clone());
+                attempts.push(Attempt::of(scene, view, self.kind, moves, positions, laying, map, landmarks));
             }
         }
         Ok(attempts)
     }
 
     /// The attempt with another map.
-    pub fn answering(self, shape: &FlatShape, mesh: &PreparedMesh, landmarks: &Landmarks, map: Vec<u32>) -> Attempt {
-        let (distortion, astray) = (distortion(shape, &mesh.distances, &map), landmarks.astray(mesh, &map));
-        Attempt { map, distortion, astray, ..self }
+    pub fn answering(self, scene: &Scene<'_>, landmarks: &Landmarks, map: Vec<u32>) -> Attempt {
+        let Attempt { view, kind, moves, positions, laying, .. } = self;
+        Attempt::of(scene, view, kind, moves, positions, laying, map, landmarks)
     }
 
     /// The sketch laid on a view without the landmarks, with the contours led by them, and pinned to them besides.
     fn layings(
         &self,
-        shape: &FlatShape,
-        mesh: &PreparedMesh,
+        scene: &Scene<'_>,
         landmarks: &Landmarks,
         view: &View,
         positions: &[[f64; 3]],
     ) -> Result<[Laying; 3], AlignmentError> {
-        let differences = differences(&shape.contour, &view.contour);
+        let differences = differences(scene, view);
         let mut biased = differences.clone();
-        landmarks.bias(&mut biased, mesh, view, positions, self.distortion.scale);
+        landmarks.bias(&mut biased, scene.mesh, view, positions, self.distortion.scale);
         let (plain, led) = (warp(&differences), warp(&biased));
         let place = |pair: &Pair| (pair.sketch, view.frame.project(positions[pair.mesh as usize]));
         let pinned: Vec<(u32, [f64; 2])> = landmarks.pairs.iter().map(place).collect();
+        let shape = scene.shape;
         Ok([
             laid(shape, view, &differences, &plain, &[])?,
             laid(shape, view, &differences, &led, &[])?,
@@ -160,35 +185,59 @@ impl Attempt {
     }
 
     /// The same places on the other side of the body, as an attempt.
-    pub fn turned_round(&self, shape: &FlatShape, mesh: &PreparedMesh, landmarks: &Landmarks) -> Attempt {
+    pub fn turned_round(&self, scene: &Scene<'_>, landmarks: &Landmarks) -> Attempt {
         let (view, laying) = (self.view.from_behind(), self.laying.turned_round());
-        let (_, map) = self.mirrored(mesh);
-        Attempt { view, laying, ..self.clone() }.answering(shape, mesh, landmarks, map)
+        let (_, map) = self.mirrored(scene.mesh);
+        Attempt { view, laying, ..self.clone() }.answering(scene, landmarks, map)
     }
 }
 
-/// The attempts on the candidates, best first, but for those that cannot come within `margin` of the best.
-pub(super) fn attempts(
-    shape: &FlatShape,
-    mesh: &PreparedMesh,
-    candidates: Vec<Candidate>,
-    landmarks: &Landmarks,
-    margin: f64,
-) -> Result<Vec<Attempt>, AlignmentError> {
-    let mut candidates: Vec<(usize, Candidate)> = candidates.into_iter().enumerate().collect();
-    candidates.sort_by(|a, b| a.1.least_score().total_cmp(&b.1.least_score()));
-    let mut best = f64::INFINITY;
-    let mut attempts: Vec<(usize, Attempt)> = Vec::new();
-    for (rank, candidate) in candidates {
-        if candidate.least_score() > best + margin {
-            break;
-        }
-        let attempt = Attempt::on(shape, mesh, candidate, landmarks)?;
-        best = best.min(attempt.score());
-        attempts.push((rank, attempt));
+/// What speaks against an attempt.
+fn terms(
+    scene: &Scene<'_>,
+    view: &View,
+    kind: Kind,
+    moves: &[Move],
+    laying: &Laying,
+    map: &[u32],
+    distortion: f64,
+) -> Terms {
+    let (turn, frame) = turn(scene, &view.frame, laying);
+    let outline = if laying.reflected { &view.from_behind().contour } else { &view.contour };
+    let toward = view.frame.toward_camera;
+    let sum = |of: fn(&Move) -> f64| moves.iter().map(of).sum::<f64>();
+    Terms {
+        contour: laying.cost,
+        distortion,
+        swing: sum(|step| step.swing.abs() + step.bend.abs()),
+        stretch: sum(|step| step.stretch.abs()),
+        sphere: f64::from(matches!(kind, Kind::Sphere(_))),
+        tilt: scene.upright.map_or(0.0, |upright| upright.tilt(&frame, &turn)),
+        mismatch: explanation::mismatch(&scene.shape.contour.curve, &turn, &outline.curve),
+        disorder: explanation::disorder(scene, map),
+        uncovered: explanation::uncovered(scene, toward, map),
     }
-    attempts.sort_by(|a, b| a.1.score().total_cmp(&b.1.score()).then(a.0.cmp(&b.0)));
-    Ok(attempts.into_iter().map(|(_, attempt)| attempt).collect())
+}
+
+/// How the sketch lies turned in the picture, and the frame of the picture: where it is the mirror image that lies there,
+/// of the picture from behind.
+fn turn(scene: &Scene<'_>, frame: &Frame, laying: &Laying) -> (Turn, Frame) {
+    if laying.reflected {
+        return turn(scene, &frame.from_behind(), &laying.turned_round());
+    }
+    (Turn::between(&scene.shape.positions, &laying.positions), *frame)
+}
+
+/// The attempts on the candidates, best first.
+pub(super) fn attempts(
+    scene: &Scene<'_>,
+    candidates: &[Candidate],
+    landmarks: &Landmarks,
+) -> Result<Vec<Attempt>, AlignmentError> {
+    let attempts = side_by_side(candidates, |candidate| Attempt::on(scene, candidate.clone(), landmarks));
+    let mut attempts = attempts.into_iter().collect::<Result<Vec<_>, _>>()?;
+    attempts.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    Ok(attempts)
 }
 
 /// The vertices in front of places in the picture.

@@ -1,17 +1,16 @@
 //! The views a sketch may be drawn from, best first.
 
-use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
+use super::scene::Scene;
+use super::upright::differences;
 use super::view::View;
-use super::warping::{Warp, cost, cost_along, differences, least_cost, warp};
+use super::warping::{Warp, cost, warp};
 use crate::mesh::{dot, subtract};
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, side_by_side};
 
 /// Views that are tried of either kind.
-const CANONICAL: usize = 6;
+const CANONICAL: usize = 14;
 const SPHERE: usize = 3;
-/// What a view from anywhere must be better by than one along an axis of the body.
-const SPHERE_PENALTY: f64 = 0.02;
 /// Starting points of the warp: every so many samples.
 const CANONICAL_EVERY: usize = 2;
 const SPHERE_EVERY: usize = 3;
@@ -26,14 +25,9 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    pub fn new(shape: &FlatShape, view: View, kind: Kind) -> Candidate {
-        let differences = differences(&shape.contour, &view.contour);
+    pub fn new(scene: &Scene<'_>, view: View, kind: Kind) -> Candidate {
+        let differences = differences(scene, &view);
         Candidate { view, kind, warp: warp(&differences), differences }
-    }
-
-    /// What an attempt on the candidate costs at least.
-    pub fn least_score(&self) -> f64 {
-        cost_along(&self.warp.path, &self.differences) + self.kind.penalty()
     }
 }
 
@@ -44,21 +38,16 @@ pub enum Kind {
     Sphere(usize),
 }
 
-impl Kind {
-    pub fn penalty(self) -> f64 {
-        if matches!(self, Kind::Sphere(_)) { SPHERE_PENALTY } else { 0.0 }
-    }
-}
-
 /// The canonical views and then those of the sphere with the least contour cost.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher.
-pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> Result<Vec<Candidate>, Cancelled> {
+pub fn candidates(scene: &Scene<'_>) -> Result<Vec<Candidate>, Cancelled> {
+    let mesh = scene.mesh;
     let seen = |view: &View, side: usize| if side == 0 { view.clone() } else { view.from_behind() };
 
     let mut chosen = Vec::new();
-    let ranked = nearest(shape, &mesh.canonical, 2 * mesh.canonical.len(), CANONICAL_EVERY, watch)?;
+    let ranked = nearest(scene, &mesh.canonical, 2 * mesh.canonical.len(), CANONICAL_EVERY)?;
     let cost_of =
         |k: usize, side: usize| ranked.iter().find(|r| (r.1, r.2) == (k, side)).map_or(f64::INFINITY, |r| r.0);
     for &(cost, k, side) in &ranked {
@@ -73,34 +62,30 @@ pub fn candidates(shape: &FlatShape, mesh: &PreparedMesh, watch: &dyn Watch) -> 
         }
     }
     let canonical =
-        chosen.into_iter().map(|(k, side)| Candidate::new(shape, seen(&mesh.canonical[k], side), Kind::Canonical(k)));
-    let sphere = nearest(shape, &mesh.sphere, SPHERE, SPHERE_EVERY, watch)?
+        chosen.into_iter().map(|(k, side)| Candidate::new(scene, seen(&mesh.canonical[k], side), Kind::Canonical(k)));
+    let sphere = nearest(scene, &mesh.sphere, SPHERE, SPHERE_EVERY)?
         .into_iter()
-        .map(|(_, k, side)| Candidate::new(shape, seen(&mesh.sphere[k], side), Kind::Sphere(k)));
+        .map(|(_, k, side)| Candidate::new(scene, seen(&mesh.sphere[k], side), Kind::Sphere(k)));
     Ok(canonical.chain(sphere).collect())
 }
 
 /// The `count` views from either side of least cost, of equals the first: (cost, view, side).
 fn nearest(
-    shape: &FlatShape,
+    scene: &Scene<'_>,
     views: &[View],
     count: usize,
     every: usize,
-    watch: &dyn Watch,
 ) -> Result<Vec<(f64, usize, usize)>, Cancelled> {
-    let mut nearest: Vec<(f64, usize, usize)> = Vec::with_capacity(count + 1);
-    for (k, view) in views.iter().enumerate() {
-        watch.proceed(0.0)?;
-        for (side, contour) in [&view.contour, &view.contour.reversed()].into_iter().enumerate() {
-            let differences = differences(&shape.contour, contour);
-            if nearest.len() == count && least_cost(&differences) > nearest[count - 1].0 {
-                continue;
-            }
-            let cost = cost(&differences, every);
-            nearest.insert(nearest.partition_point(|other| other.0 <= cost), (cost, k, side));
-            nearest.truncate(count);
-        }
-    }
+    let cost_of = |&(k, side): &(usize, usize)| {
+        scene.watch.proceed(0.0)?;
+        let view = if side == 0 { views[k].clone() } else { views[k].from_behind() };
+        Ok((cost(&differences(scene, &view), every), k, side))
+    };
+    let sides: Vec<(usize, usize)> = (0..views.len()).flat_map(|k| [(k, 0), (k, 1)]).collect();
+    let costs = side_by_side(&sides, cost_of);
+    let mut nearest = costs.into_iter().collect::<Result<Vec<_>, Cancelled>>()?;
+    nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.truncate(count);
     Ok(nearest)
 }
 

@@ -34,6 +34,8 @@ pub struct FlatShape {
     pub masses: Vec<f64>,
     marching: Marching,
     scale: f64,
+    /// The longest principal axis in the drawing, which points right in `positions`.
+    axis: [f64; 2],
 }
 
 impl FlatShape {
@@ -69,7 +71,14 @@ impl FlatShape {
             distances,
             marching,
             scale,
+            axis: [right, up],
         })
+    }
+
+    /// A direction of the drawing, y up, as one of the positions.
+    pub fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [right, up] = self.axis;
+        [right * x + up * y, right * y - up * x]
     }
 
     /// The distances within the figure from a vertex to every other.

@@ -2,8 +2,10 @@
 
 use super::Pair;
 use super::contour::SAMPLES;
+use super::energy::median;
 use super::flat_shape::FlatShape;
 use super::prepared::PreparedMesh;
+use super::sampled_distances::Place;
 use super::view::View;
 
 /// How much a difference of distances, in units of √area, counts beside the difference of two samples, and the largest
@@ -15,6 +17,9 @@ const REACH: f64 = 0.3;
 
 /// The distance from a landmark at which its answer misses it.
 pub(super) const MISSED: f64 = 0.08;
+
+/// The median distortion of the distances to the others from which a landmark is at odds with them.
+const ODD: f64 = 0.2;
 
 /// Landmarks, and the distances from them within the sketch.
 pub(super) struct Landmarks {
@@ -50,6 +55,17 @@ impl Landmarks {
                 differences[i * SAMPLES + j] += (PRICE * (0..near.len()).map(disagreement).sum::<f64>()) as f32;
             }
         }
+    }
+
+    /// The landmarks whose distances on the mesh from most others are not those in the sketch, `scale` being a length of
+    /// the mesh by that of the sketch.
+    pub fn at_odds(&self, mesh: &PreparedMesh, scale: f64) -> Vec<usize> {
+        let places: Vec<Place> = self.pairs.iter().map(|pair| mesh.distances.at(pair.mesh)).collect();
+        let bend = |i: usize, j: usize| {
+            (scale * self.fields[i][self.pairs[j].sketch as usize] - places[i].to(&places[j])).abs()
+        };
+        let others = |i: usize| (0..places.len()).filter(move |&j| j != i);
+        (0..places.len()).filter(|&i| median(others(i).map(|j| bend(i, j)).collect()) > ODD).collect()
     }
 
     /// The distance on the mesh of every landmark from its answer in a map.

@@ -33,13 +33,15 @@ pub struct Laying {
     pub costs: Vec<f64>,
     /// The cost of the warp as a whole.
     pub cost: f64,
+    /// Whether it is the mirror image of what was laid.
+    pub reflected: bool,
 }
 
 impl Laying {
     /// The same places in the picture of the camera on the other side.
     pub fn turned_round(&self) -> Laying {
         let positions = self.positions.iter().map(|&[x, y]| [-x, y]).collect();
-        Laying { positions, ..self.clone() }
+        Laying { positions, reflected: !self.reflected, ..self.clone() }
     }
 }
 
@@ -90,7 +92,7 @@ pub fn laid(
         }
         positions = deformed(shape, &pulls)?;
     }
-    Ok(Laying { positions, costs, cost: cost_along(&warp.path, differences) })
+    Ok(Laying { positions, costs, cost: cost_along(&warp.path, differences), reflected: false })
 }
 
 fn weight(cost: f64) -> f64 {

@@ -20,6 +20,8 @@ const LENGTH: f64 = 0.47;
 /// The ring about the joint lies between these shares of a limb's length, and consists of so many vertices at least.
 const RING: [f64; 2] = [0.93, 1.07];
 const RING_VERTICES: usize = 3;
+/// Where the elbow or the knee is, as a share of the limb's length from its tip.
+const ELBOW: f64 = 0.55;
 /// Share of a limb's length, next to its joint, in which its weight falls to 0.
 const FADE: f64 = 0.25;
 
@@ -33,6 +35,9 @@ pub struct Limb {
     pub joint: [f64; 3],
     /// For each of the n vertices how far it moves with the limb, from 0 to 1.
     pub weight: Vec<f32>,
+    /// Half way out: the elbow or the knee, and how far each vertex moves with what is beyond it.
+    pub elbow: [f64; 3],
+    pub beyond: Vec<f32>,
 }
 
 /// The limbs of a connected mesh of area 1, those that reach out farthest first, at most ten. Tips are the summits of the
@@ -100,17 +105,24 @@ fn limb(mesh: &TriangleMesh, tips: &[(u32, Vec<f64>)], i: usize) -> Option<Limb>
     let (tip, field) = &tips[i];
     let others = tips.iter().filter(|(other, _)| other != tip).map(|(other, _)| field[*other as usize]);
     let radius = LENGTH * others.reduce(f64::min)?;
+    let joint = ring_centre(mesh, field, radius)?;
+    let elbow = ring_centre(mesh, field, ELBOW * radius).unwrap_or(joint);
+    let weights = |radius: f64| {
+        let weight = move |d: &f64| {
+            let w = ((radius - d) / (FADE * radius)).clamp(0.0, 1.0);
+            (w * w * (3.0 - 2.0 * w)) as f32
+        };
+        field.iter().map(weight).collect()
+    };
+    Some(Limb { tip: *tip, radius, joint, weight: weights(radius), elbow, beyond: weights(ELBOW * radius) })
+}
+
+/// The middle of the vertices about so far from the tip, where there are several.
+fn ring_centre(mesh: &TriangleMesh, field: &[f64], radius: f64) -> Option<[f64; 3]> {
     let ring: Vec<usize> =
         (0..field.len()).filter(|&v| RING[0] * radius < field[v] && field[v] < RING[1] * radius).collect();
-    if ring.len() < RING_VERTICES {
-        return None;
-    }
-    let joint = std::array::from_fn(|k| ring.iter().map(|&v| mesh.positions()[v][k]).sum::<f64>() / ring.len() as f64);
-    let weight = |d: &f64| {
-        let w = ((radius - d) / (FADE * radius)).clamp(0.0, 1.0);
-        (w * w * (3.0 - 2.0 * w)) as f32
-    };
-    Some(Limb { tip: *tip, radius, joint, weight: field.iter().map(weight).collect() })
+    let mean = |k: usize| ring.iter().map(|&v| mesh.positions()[v][k]).sum::<f64>() / ring.len() as f64;
+    (ring.len() >= RING_VERTICES).then(|| std::array::from_fn(mean))
 }
 
 #[cfg(test)]

@@ -10,7 +10,9 @@ mod by_distances;
 mod candidates;
 pub mod contour;
 pub mod energy;
+mod explanation;
 pub mod flat_shape;
+mod following;
 pub mod frame;
 mod inner_paths;
 mod landmarks;
@@ -21,13 +23,17 @@ pub mod prepared;
 mod reconciliation;
 mod rigidity;
 pub mod sampled_distances;
+mod scene;
 mod shape_context;
 pub mod silhouette;
 pub mod single_outline;
 #[cfg(test)]
 pub(crate) mod solids;
+pub mod standing;
 pub mod symmetry;
+pub mod terms;
 mod trust;
+pub mod upright;
 pub mod view;
 pub mod views;
 mod visible;
@@ -40,14 +46,18 @@ use frame::Frame;
 use landmarks::Landmarks;
 use prepared::PreparedMesh;
 use reconciliation::reconciled;
+use scene::Scene;
+use terms::Terms;
+use upright::Upright;
 
 use crate::mesh::dot;
 use crate::numerics::cholesky::FactorisationError;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Watch, side_by_side};
 
-/// Views that cost at most so much more than the best, and at most so many, are told apart by their poses.
-const UNDECIDED: f64 = 0.03;
-const POSED: usize = 5;
+/// Views that score at most so much more than the best, and at most so many, take the pose that follows from the warp of
+/// the outlines, and those in which the pose is searched on.
+const FOLLOWED: (f64, usize) = (0.08, 8);
+const REFINED: (f64, usize) = (0.04, 3);
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
 /// Another view is plausible where it costs less than this much more.
@@ -102,6 +112,8 @@ pub struct Alignment {
     /// Costs of the view as they are compared; the less the better.
     pub score: f64,
     pub alternatives: Vec<Alternative>,
+    /// The places of the landmarks whose distances from most others are not those in the sketch, ascending.
+    pub at_odds: Vec<usize>,
 }
 
 /// Another plausible answer.
@@ -121,79 +133,128 @@ pub struct Alternative {
 pub fn aligned(
     shape: &FlatShape,
     mesh: &PreparedMesh,
+    upright: Option<Upright>,
     landmarks: &[Pair],
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
+    let scene = &Scene { shape, mesh, upright, watch };
     let (landmarks, none) = (&Landmarks::new(shape, landmarks), &Landmarks::new(shape, &[]));
-    let candidates = candidates(shape, mesh, watch)?;
-    let (mut best, others) = best_view(shape, mesh, candidates.clone(), none, watch)?;
-    let mut believed = if best.distortion.mean > BENT {
-        by_distances::mapped(shape, mesh, &best.map, &best.laying.costs, watch)?
-    } else {
-        None
-    };
-    let map = believed.as_ref().unwrap_or(&best.map);
-    if landmarks.contradict(mesh, map) {
-        let answer = best.clone().answering(shape, mesh, landmarks, map.clone());
-        let (of_led_view, _) = best_view(shape, mesh, candidates, landmarks, watch)?;
-        let reconciled = reconciled(answer, of_led_view, shape, mesh, landmarks, watch)?;
-        if reconciled.map != *map {
-            (best, believed) = (reconciled, None);
-        }
+    let candidates = candidates(scene)?;
+    let (best, others) = best_view(scene, &candidates, none)?;
+    let (mut best, mut by_distances) = believed(scene, best)?;
+    if landmarks.contradict(mesh, &best.map) {
+        let (of_led_view, _) = best_view(scene, &candidates, landmarks)?;
+        let reconciled =
+            reconciled(best.clone().answering(scene, landmarks, best.map.clone()), of_led_view, scene, landmarks)?;
+        by_distances &= reconciled.map == best.map;
+        best = reconciled;
     }
     let second = others.into_iter().find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE
     });
-
-    let (frame, twin) = best.mirrored(mesh);
-    let twin = Alternative { mirrored: true, frame, score: best.score(), map: twin };
+    let drawn = best.as_drawn(scene);
+    let (_, mut twin) = best.mirrored(mesh);
+    if by_distances && let Some(map) = by_distances::mapped(shape, mesh, &twin, &best.laying.costs, watch)? {
+        twin = map;
+    }
+    let twin = Alternative { mirrored: true, frame: drawn.from_behind(), score: best.score(), map: twin };
     let second = second.map(|other| Alternative {
         mirrored: false,
-        frame: other.view.frame,
+        frame: other.as_drawn(scene),
         score: other.score(),
         map: other.map,
     });
-    let confidence = trust::trust(shape, mesh, &best.laying, &best.map, &best.distortion);
-    let way = match (&believed, best.swing() > 0.0) {
-        (Some(_), _) => Way::Distances,
-        (None, true) => Way::Pose,
-        (None, false) => Way::View,
-    };
-    let (contour, distortion, score) = (best.laying.cost, best.distortion.mean, best.score());
-    let mut map = believed.unwrap_or(best.map);
+    // What the user knows is not traded for anything, and whether it fits shows in the distances.
+    let mut map = best.map.clone();
     landmarks.pairs.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
+    let best = if map == best.map { best } else { best.answering(scene, landmarks, map) };
+    let at_odds = landmarks.at_odds(mesh, best.distortion.scale);
+    let way = match (by_distances, best.is_posed()) {
+        (true, _) => Way::Distances,
+        (false, true) => Way::Pose,
+        (false, false) => Way::View,
+    };
     Ok(Alignment {
-        map,
-        confidence,
-        frame: best.view.frame,
+        confidence: trust::trust(shape, mesh, &best.laying, &best.map, &best.distortion),
+        frame: drawn,
         way,
-        sideways: dot(best.view.frame.toward_camera, mesh.symmetry.normal).abs() > SIDEWAYS,
-        contour,
-        distortion,
-        score,
+        sideways: dot(drawn.toward_camera, mesh.symmetry.normal).abs() > SIDEWAYS,
+        contour: best.laying.cost,
+        distortion: best.distortion.mean,
+        score: best.score(),
+        map: best.map,
+        at_odds,
         alternatives: [twin].into_iter().chain(second).collect(),
     })
 }
 
-/// The best attempt on the candidates, once those that are nearly as good have found their poses, and the others.
-fn best_view(
+/// The attempt, or what geodesic distances to its sure points make of it where they are bent and that explains the
+/// drawing better; and which of them.
+fn believed(scene: &Scene<'_>, attempt: Attempt) -> Result<(Attempt, bool), AlignmentError> {
+    if attempt.distortion.mean <= BENT {
+        return Ok((attempt, false));
+    }
+    let map = by_distances::mapped(scene.shape, scene.mesh, &attempt.map, &attempt.laying.costs, scene.watch)?;
+    let none = &Landmarks::new(scene.shape, &[]);
+    let other = map.map(|map| attempt.clone().answering(scene, none, map));
+    Ok(match other {
+        Some(other) if other.score() < attempt.score() => (other, true),
+        _ => (attempt, false),
+    })
+}
+
+/// An answer that was weighed.
+#[derive(Clone, Debug)]
+pub struct Weighed {
+    pub terms: Terms,
+    /// As [`Alignment::map`].
+    pub map: Vec<u32>,
+}
+
+/// Every attempt that is weighed where there are no landmarks, the answer first: for those who fit what chooses.
+///
+/// # Errors
+/// [`AlignmentError`].
+pub fn weighed(
     shape: &FlatShape,
     mesh: &PreparedMesh,
-    candidates: Vec<Candidate>,
-    landmarks: &Landmarks,
+    upright: Option<Upright>,
     watch: &dyn Watch,
+) -> Result<Vec<Weighed>, AlignmentError> {
+    let scene = &Scene { shape, mesh, upright, watch };
+    let (best, others) = best_view(scene, &candidates(scene)?, &Landmarks::new(shape, &[]))?;
+    let (answer, by_distances) = believed(scene, best.clone())?;
+    let rejected = by_distances.then_some(best);
+    let all = [answer].into_iter().chain(rejected).chain(others);
+    Ok(all.map(|attempt| Weighed { terms: attempt.terms, map: attempt.map }).collect())
+}
+
+/// The best attempt on the candidates, once those that are nearly as good have found their poses, and the others.
+fn best_view(
+    scene: &Scene<'_>,
+    candidates: &[Candidate],
+    landmarks: &Landmarks,
 ) -> Result<(Attempt, Vec<Attempt>), AlignmentError> {
-    let mut attempts = attempts(shape, mesh, candidates, landmarks, PLAUSIBLE.max(UNDECIDED))?;
-    let most = attempts.first().map_or(f64::INFINITY, |best| best.score() + UNDECIDED);
-    let undecided = attempts.iter().take(POSED).take_while(|attempt| attempt.score() <= most).count();
-    let mut posed: Vec<Attempt> = Vec::with_capacity(undecided);
-    for attempt in attempts.drain(..undecided) {
-        let least = posed.iter().map(Attempt::score).fold(f64::INFINITY, f64::min);
-        posed.push(attempt.in_pose(shape, mesh, landmarks, least, watch)?);
-    }
-    posed.sort_by(|a, b| a.score().total_cmp(&b.score()));
-    attempts.splice(..0, posed);
+    let attempts = attempts(scene, candidates, landmarks)?;
+    let attempts = improved(attempts, FOLLOWED, |attempt| attempt.following(scene, landmarks))?;
+    let mut attempts = improved(attempts, REFINED, |attempt| attempt.refined(scene, landmarks))?;
     // Every mesh has a view along the normal of its plane of symmetry, so that there is an attempt.
     Ok((attempts.remove(0), attempts))
+}
+
+/// The attempts, best first, with at most `most` of those that score no more than the best and `margin` improved.
+fn improved(
+    mut attempts: Vec<Attempt>,
+    (margin, most): (f64, usize),
+    improve: impl Fn(Attempt) -> Result<Attempt, AlignmentError> + Sync,
+) -> Result<Vec<Attempt>, AlignmentError> {
+    let limit = attempts.first().map_or(f64::INFINITY, |best| best.score() + margin);
+    let undecided = attempts.iter().take(most).take_while(|attempt| attempt.score() <= limit).count();
+    let others = attempts.split_off(undecided);
+    let improved = side_by_side(&attempts, |attempt| improve(attempt.clone()));
+    let mut improved = improved.into_iter().collect::<Result<Vec<_>, _>>()?;
+    improved.extend(others);
+    improved.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    Ok(improved)
 }

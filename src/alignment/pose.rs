@@ -2,23 +2,25 @@
 
 use std::collections::BTreeSet;
 
-use super::flat_shape::FlatShape;
 use super::frame::Frame;
 use super::prepared::PreparedMesh;
+use super::scene::Scene;
+use super::upright::differences;
 use super::view::View;
-use super::warping::{cost, differences};
-use crate::numerics::{Cancelled, Watch};
+use super::warping::cost;
+use crate::numerics::Cancelled;
 
-/// The largest swing, in radians.
+/// The largest swing and bend, in radians, and the largest change of a length, as a logarithm.
 const MOST: f64 = 1.75;
-/// What a radian of swing costs.
-const EFFORT: f64 = 0.0015;
+const SHORTEST: f64 = -1.0;
+const LONGEST: f64 = 0.6;
+/// What a radian of swing costs, and a limb e times as long.
+pub(super) const EFFORT: f64 = 0.0015;
 /// By how much a move has to better the cost.
 const GAIN: f64 = 2e-4;
-/// How much less a pose may turn out to cost than the search has come to: its last passes, and distances that it bends less.
-const REMAINING: f64 = 0.02;
-/// The swings of the three passes in degrees, and the rounds of each.
-const PASSES: [&[f64]; 3] = [&[60.0, 30.0], &[30.0], &[12.0]];
+/// The passes of the search, and the rounds of each.
+const PASSES: [Pass; 2] =
+    [Pass { swings: &[30.0], bend: 50.0, stretch: 0.25 }, Pass { swings: &[12.0], bend: 25.0, stretch: 0.12 }];
 const ROUNDS: usize = 2;
 /// Limbs whose joints and tips are so near in the picture may swing against each other.
 const JOINTS: f64 = 0.12;
@@ -26,123 +28,178 @@ const TIPS: f64 = 0.27;
 /// Starting points of the warp that are tried: every so many samples.
 const EVERY: usize = 4;
 
+/// The steps of a pass: swings and bends in degrees, and the logarithm of a change of length.
+struct Pass {
+    swings: &'static [f64],
+    bend: f64,
+    stretch: f64,
+}
+
+/// How a limb is moved in the plane of the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Move {
+    /// About its joint, in radians.
+    pub swing: f64,
+    /// What is beyond the elbow, about the elbow, in radians.
+    pub bend: f64,
+    /// The logarithm of its length by that at rest: another build, or a limb that points to the camera or away from it.
+    pub stretch: f64,
+}
+
+impl Move {
+    pub fn added(self, other: Move) -> Move {
+        Move { swing: self.swing + other.swing, bend: self.bend + other.bend, stretch: self.stretch + other.stretch }
+    }
+
+    /// The move, held within what a limb can do.
+    pub fn held(self) -> Move {
+        Move {
+            swing: self.swing.clamp(-MOST, MOST),
+            bend: self.bend.clamp(-MOST, MOST),
+            stretch: self.stretch.clamp(SHORTEST, LONGEST),
+        }
+    }
+
+    /// Whether a limb goes so far.
+    fn is_possible(self) -> bool {
+        self.swing.abs() <= MOST && self.bend.abs() <= MOST && (SHORTEST..=LONGEST).contains(&self.stretch)
+    }
+
+    /// How far it goes: radians and logarithms alike.
+    pub fn extent(self) -> f64 {
+        self.swing.abs() + self.bend.abs() + self.stretch.abs()
+    }
+}
+
 /// A pose and what is seen of it.
 #[derive(Clone)]
 pub struct Pose {
-    /// The swing of every limb in the plane of the picture, in radians.
-    pub angles: Vec<f64>,
+    /// A move for every limb.
+    pub moves: Vec<Move>,
     pub view: View,
+    /// What the outlines cost.
     pub cost: f64,
 }
 
-/// The positions (n × 3) of the mesh with its limbs swung in the plane of the frame.
-pub fn posed(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<[f64; 3]> {
+impl Pose {
+    fn seen(scene: &Scene<'_>, frame: Frame, moves: Vec<Move>) -> Pose {
+        let positions = posed(scene.mesh, &frame, &moves);
+        let view = View::through(frame, &positions, &scene.mesh.triangles, scene.mesh.closed);
+        Pose { cost: cost(&differences(scene, &view), EVERY), moves, view }
+    }
+
+    /// What the pose costs, its moves included.
+    pub fn total(&self) -> f64 {
+        self.cost + EFFORT * self.moves.iter().map(|step| step.extent()).sum::<f64>()
+    }
+}
+
+/// The positions (n × 3) of the mesh with its limbs moved in the plane of the frame.
+pub fn posed(mesh: &PreparedMesh, frame: &Frame, moves: &[Move]) -> Vec<[f64; 3]> {
     let mut positions = mesh.positions.clone();
-    for (limb, &angle) in mesh.limbs.iter().zip(angles) {
-        if angle == 0.0 {
+    for (limb, &step) in mesh.limbs.iter().zip(moves) {
+        if step == Move::default() {
             continue;
         }
-        let (s, c) = angle.sin_cos();
-        let [jx, jy] = frame.project(limb.joint);
-        for ((position, rest), &w) in positions.iter_mut().zip(&mesh.positions).zip(&limb.weight) {
-            if w == 0.0 {
-                continue;
-            }
-            let [x, y] = frame.project(*rest);
-            let (x, y) = (x - jx, y - jy);
-            let (dx, dy) = (c * x - s * y - x, s * x + c * y - y);
-            let w = f64::from(w);
-            *position = std::array::from_fn(|i| position[i] + w * (dx * frame.right[i] + dy * frame.up[i]));
+        let (joint, elbow) = (frame.project(limb.joint), frame.project(limb.elbow));
+        let tip = frame.project(mesh.positions[limb.tip as usize]);
+        let axis = direction(joint, tip);
+        let (swing, bend, grown) = (step.swing.sin_cos(), step.bend.sin_cos(), step.stretch.exp() - 1.0);
+        for (v, &w) in limb.weight.iter().enumerate().filter(|&(_, &w)| w > 0.0) {
+            let rest = frame.project(mesh.positions[v]);
+            let bent = blended(rest, turned(rest, elbow, bend), limb.beyond[v]);
+            let along = grown * ((bent[0] - joint[0]) * axis[0] + (bent[1] - joint[1]) * axis[1]);
+            let longer = [bent[0] + along * axis[0], bent[1] + along * axis[1]];
+            let placed = blended(rest, turned(longer, joint, swing), w);
+            let [dx, dy] = [placed[0] - rest[0], placed[1] - rest[1]];
+            positions[v] = std::array::from_fn(|i| positions[v][i] + dx * frame.right[i] + dy * frame.up[i]);
         }
     }
     positions
 }
 
-/// The pose of least cost a greedy search finds from the mesh as it is: swings of single limbs and opposite swings of
-/// neighbouring ones, wide ones first. None where it is not likely to come to `most`.
+fn direction(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
+    let [x, y] = [to[0] - from[0], to[1] - from[1]];
+    let length = x.hypot(y).max(f64::MIN_POSITIVE);
+    [x / length, y / length]
+}
+
+fn turned(point: [f64; 2], about: [f64; 2], (sin, cos): (f64, f64)) -> [f64; 2] {
+    let [x, y] = [point[0] - about[0], point[1] - about[1]];
+    [about[0] + cos * x - sin * y, about[1] + sin * x + cos * y]
+}
+
+fn blended(a: [f64; 2], b: [f64; 2], weight: f32) -> [f64; 2] {
+    let w = f64::from(weight);
+    [a[0] + w * (b[0] - a[0]), a[1] + w * (b[1] - a[1])]
+}
+
+/// The pose of least cost a greedy search finds from another: moves of single limbs and opposite swings of neighbouring
+/// ones, wide ones first.
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher, asked at every pose tried.
-pub fn fitted(
-    shape: &FlatShape,
-    mesh: &PreparedMesh,
-    view: &View,
-    most: f64,
-    watch: &dyn Watch,
-) -> Result<Option<Pose>, Cancelled> {
-    let count = mesh.limbs.len();
-    let seen = |angles: Vec<f64>, limbs: Vec<usize>| {
-        watch.proceed(0.0)?;
-        let view = View::through(view.frame, &posed(mesh, &view.frame, &angles), &mesh.triangles, mesh.closed);
-        let cost = cost(&differences(&shape.contour, &view.contour), EVERY);
-        let total = cost + EFFORT * angles.iter().map(|a| a.abs()).sum::<f64>();
-        Ok::<_, Cancelled>(Tried { total, limbs, pose: Pose { angles, view, cost } })
+pub fn refined(scene: &Scene<'_>, start: Pose) -> Result<Pose, Cancelled> {
+    let frame = start.view.frame;
+    let pairs = neighbours(scene.mesh, &frame);
+    let seen = |(moves, limbs): (Vec<Move>, Vec<usize>)| {
+        scene.watch.proceed(0.0)?;
+        Ok::<_, Cancelled>(Tried { limbs, pose: Pose::seen(scene, frame, moves) })
     };
-    let pairs = neighbours(mesh, &view.frame);
-    let mut best = Tried {
-        total: 0.0,
-        limbs: Vec::new(),
-        pose: Pose {
-            angles: vec![0.0; count],
-            view: view.clone(),
-            cost: cost(&differences(&shape.contour, &view.contour), 2),
-        },
-    };
-    best.total = best.pose.cost;
+    let mut best = Pose::seen(scene, frame, start.moves);
     // None of the poses tried was better than the best of now.
-    let mut known = BTreeSet::from([key(&best.pose.angles)]);
-    for steps in PASSES {
+    let mut known = BTreeSet::from([key(&best.moves)]);
+    for pass in &PASSES {
         for _ in 0..ROUNDS {
-            let mut better = Vec::new();
-            for (limbs, swing) in moves(count, &pairs, steps) {
-                let angles = swung(&best.pose.angles, &limbs, &swing);
-                if angles.iter().any(|a| a.abs() > MOST) || !known.insert(key(&angles)) {
-                    continue;
-                }
-                let tried = seen(angles, limbs)?;
-                if tried.total < best.total - GAIN {
-                    better.push(tried);
-                }
-            }
+            let steps = pass.steps(scene.mesh.limbs.len(), &pairs);
+            let moved =
+                steps.iter().map(|steps| (moved(&best.moves, steps), steps.iter().map(|step| step.0).collect()));
+            let possible = moved.filter(|(moves, _)| moves.iter().all(|step| step.is_possible()));
+            let new: Vec<(Vec<Move>, Vec<usize>)> = possible.filter(|(moves, _)| known.insert(key(moves))).collect();
+            let tried = new.into_iter().map(seen).collect::<Result<Vec<Tried>, Cancelled>>()?;
+            let mut better: Vec<Tried> =
+                tried.into_iter().filter(|tried| tried.pose.total() < best.total() - GAIN).collect();
             if better.is_empty() {
                 break;
             }
-            better.sort_by(|a, b| a.total.total_cmp(&b.total));
-            // All moves that touch different limbs at once, where that is better than the best one.
-            let mut used = Vec::new();
-            let mut angles = best.pose.angles.clone();
-            for tried in &better {
-                if tried.limbs.iter().all(|limb| !used.contains(limb)) {
-                    tried.limbs.iter().for_each(|&limb| angles[limb] = tried.pose.angles[limb]);
-                    used.extend(&tried.limbs);
-                }
-            }
-            let another = used.len() > better[0].limbs.len() && known.insert(key(&angles));
-            let together = if another { Some(seen(angles, used)?) } else { None };
-            let first = better.swap_remove(0);
+            better.sort_by(|a, b| a.pose.total().total_cmp(&b.pose.total()));
+            let (moves, limbs) = together(&best, &better);
+            let another = limbs.len() > better[0].limbs.len() && known.insert(key(&moves));
+            let together = if another { Some(seen((moves, limbs))?.pose) } else { None };
+            let first = better.swap_remove(0).pose;
             best = match together {
-                Some(together) if together.total < first.total => together,
+                Some(together) if together.total() < first.total() => together,
                 _ => first,
             };
         }
-        if best.total > most + REMAINING {
-            return Ok(None);
-        }
     }
-    Ok(Some(best.pose))
+    Ok(best)
 }
 
-/// The swings as they are, and those where limbs side by side in the picture exchange their places: for every such
-/// pair alone and for all of them together.
-pub fn exchanges(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<Vec<f64>> {
+/// All moves of different limbs at once, the better ones first, and the limbs they move.
+fn together(best: &Pose, better: &[Tried]) -> (Vec<Move>, Vec<usize>) {
+    let mut used = Vec::new();
+    let mut moves = best.moves.clone();
+    for tried in better {
+        if tried.limbs.iter().all(|limb| !used.contains(limb)) {
+            tried.limbs.iter().for_each(|&limb| moves[limb] = tried.pose.moves[limb]);
+            used.extend(&tried.limbs);
+        }
+    }
+    (moves, used)
+}
+
+/// The pose as it is, and those where limbs side by side in the picture exchange their moves: for every such pair alone
+/// and for all of them together.
+pub fn exchanges(mesh: &PreparedMesh, frame: &Frame, moves: &[Move]) -> Vec<Vec<Move>> {
     let exchanged = |pairs: &[[usize; 2]]| {
-        let mut angles = angles.to_vec();
-        pairs.iter().for_each(|&[i, j]| angles.swap(i, j));
-        angles
+        let mut moves = moves.to_vec();
+        pairs.iter().for_each(|&[i, j]| moves.swap(i, j));
+        moves
     };
     let mut pairs = neighbours(mesh, frame);
-    pairs.retain(|&[i, j]| angles[i] != angles[j]);
-    let mut all = vec![angles.to_vec()];
+    pairs.retain(|&[i, j]| moves[i] != moves[j]);
+    let mut all = vec![moves.to_vec()];
     all.extend(pairs.iter().map(|&pair| exchanged(&[pair])));
     if pairs.len() > 1 {
         all.push(exchanged(&pairs));
@@ -150,29 +207,40 @@ pub fn exchanges(mesh: &PreparedMesh, frame: &Frame, angles: &[f64]) -> Vec<Vec<
     all
 }
 
+/// A pose that was tried, and the limbs that were moved for it.
 struct Tried {
-    total: f64,
     limbs: Vec<usize>,
     pose: Pose,
 }
 
 /// A pose as a key; a swing there and back leaves 0, never −0.
-fn key(angles: &[f64]) -> Vec<u64> {
-    angles.iter().map(|angle| angle.to_bits()).collect()
+fn key(moves: &[Move]) -> Vec<[u64; 3]> {
+    moves.iter().map(|step| [step.swing, step.bend, step.stretch].map(f64::to_bits)).collect()
 }
 
-fn swung(angles: &[f64], limbs: &[usize], swing: &[f64]) -> Vec<f64> {
-    let mut angles = angles.to_vec();
-    limbs.iter().zip(swing).for_each(|(&limb, swing)| angles[limb] += swing.to_radians());
-    angles
+fn moved(moves: &[Move], steps: &[(usize, Move)]) -> Vec<Move> {
+    let mut moves = moves.to_vec();
+    steps.iter().for_each(|&(limb, step)| moves[limb] = moves[limb].added(step));
+    moves
 }
 
-/// Every limb by every step both ways, every pair of neighbours against each other.
-fn moves(count: usize, pairs: &[[usize; 2]], steps: &[f64]) -> Vec<(Vec<usize>, Vec<f64>)> {
-    let signed = || steps.iter().flat_map(|&a| [a, -a]);
-    let single = (0..count).flat_map(|limb| signed().map(move |a| (vec![limb], vec![a])));
-    let double = pairs.iter().flat_map(|&pair| signed().map(move |a| (pair.to_vec(), vec![a, -a])));
-    single.chain(double).collect()
+impl Pass {
+    /// Every limb swung, bent, longer and shorter by every step both ways, every pair of neighbours swung against each
+    /// other.
+    fn steps(&self, count: usize, pairs: &[[usize; 2]]) -> Vec<Vec<(usize, Move)>> {
+        let swing = |degrees: f64| Move { swing: degrees.to_radians(), ..Move::default() };
+        let bend = |degrees: f64| Move { bend: degrees.to_radians(), ..Move::default() };
+        let stretch = |stretch: f64| Move { stretch, ..Move::default() };
+        let swings: Vec<f64> = self.swings.iter().flat_map(|&a| [a, -a]).collect();
+        let mut single: Vec<Move> = swings.iter().map(|&a| swing(a)).collect();
+        single.extend([self.stretch, -self.stretch].map(stretch));
+        if self.bend > 0.0 {
+            single.extend([self.bend, -self.bend].map(bend));
+        }
+        let alone = (0..count).flat_map(|limb| single.iter().map(move |&step| vec![(limb, step)]));
+        let against = pairs.iter().flat_map(|&[i, j]| swings.iter().map(move |&a| vec![(i, swing(a)), (j, swing(-a))]));
+        alone.chain(against).collect()
+    }
 }
 
 /// Limbs that lie side by side in the picture.

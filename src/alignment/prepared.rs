@@ -5,16 +5,18 @@ use serde::{Deserialize, Serialize};
 use super::axes::{Axes, centred};
 use super::limbs::{Limb, limbs};
 use super::sampled_distances::SampledDistances;
+use super::standing::{self, Body, Up};
 use super::symmetry::{Symmetry, plane};
 use super::view::View;
 use super::views::{canonical_directions, half_sphere};
 use crate::mesh::connectivity::boundary_vertices;
+use crate::mesh::normals::vertex_normals;
 use crate::mesh::{TriangleMesh, cross, dot};
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian::{Lumping, mass};
 
 /// Raised with every change that alters what is made of a mesh: what was kept before is then not found any more.
-pub const PREPARATION_VERSION: u32 = 3;
+pub const PREPARATION_VERSION: u32 = 4;
 
 /// Points that distances are known from.
 const SAMPLES: usize = 120;
@@ -27,11 +29,15 @@ pub struct PreparedMesh {
     /// The axes of `positions`, of the symmetry and of the frames, in those of the mesh.
     pub axes: Axes,
     pub positions: Vec<[f64; 3]>,
+    /// Area of the vertices, which sums to 1.
+    pub masses: Vec<f64>,
     pub triangles: Vec<[u32; 3]>,
     /// Whether no triangle is seen from behind: none has a free edge, and all are counter-clockwise from outside.
     pub closed: bool,
     pub symmetry: Symmetry,
     pub distances: SampledDistances,
+    /// For every sample of the distances the direction the surface faces there, of length 1.
+    pub normals: Vec<[f64; 3]>,
     pub limbs: Vec<Limb>,
     /// The view along the normal of the plane of symmetry, then those within the plane.
     pub canonical: Vec<View>,
@@ -58,6 +64,8 @@ impl PreparedMesh {
         let symmetry = plane(positions, &masses);
         let limbs = limbs(&unit, &distances, watch)?;
         let closed = is_seen_from_outside(&unit);
+        let facing = vertex_normals(&unit);
+        let normals = distances.samples.iter().map(|&sample| facing[sample as usize]).collect();
         let view = |&direction: &[f64; 3]| {
             watch.proceed(0.5)?;
             Ok(View::lying_flat(direction, positions, triangles, closed))
@@ -68,14 +76,22 @@ impl PreparedMesh {
         Ok(PreparedMesh {
             axes,
             positions: positions.to_vec(),
+            masses,
             triangles: triangles.to_vec(),
             closed,
             symmetry,
             distances,
+            normals,
             limbs,
             canonical,
             sphere,
         })
+    }
+
+    /// Which way is up on the mesh, `agreed` being what the format of its file says: as [`standing::up`].
+    pub fn up(&self, agreed: Option<[f64; 3]>) -> Up {
+        let Self { positions, masses, axes, symmetry, .. } = self;
+        standing::found(&Body { positions, masses, axes, symmetry }, agreed)
     }
 }
 

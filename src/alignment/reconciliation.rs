@@ -4,13 +4,12 @@
 
 use super::attempt::Attempt;
 use super::by_distances::{Anchor, answered};
-use super::flat_shape::FlatShape;
 use super::landmarks::{Landmarks, MISSED};
 use super::pose::exchanges;
-use super::prepared::PreparedMesh;
 use super::sampled_distances::Place;
+use super::scene::Scene;
 use super::{AlignmentError, Pair};
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::Cancelled;
 
 /// What landmarks missed, and answers changed that they do not contradict, weigh beside distances bent.
 const MISSED_PRICE: f64 = 0.1;
@@ -36,35 +35,33 @@ const TOLD: usize = 30;
 pub(super) fn reconciled(
     answer: Attempt,
     of_led_view: Attempt,
-    shape: &FlatShape,
-    mesh: &PreparedMesh,
+    scene: &Scene<'_>,
     landmarks: &Landmarks,
-    watch: &dyn Watch,
 ) -> Result<Attempt, AlignmentError> {
-    let known = Known::new(shape, mesh, landmarks, &answer.map);
+    let known = Known::new(scene, landmarks, &answer.map);
     let mut best = answer.clone();
     for start in [answer, of_led_view] {
-        best = known.better(best, start.turned_round(shape, mesh, landmarks));
-        for angles in exchanges(mesh, &start.view.frame, &start.angles) {
-            watch.proceed(0.0)?;
-            best = start.led(shape, mesh, landmarks, angles)?.into_iter().fold(best, |a, b| known.better(a, b));
+        best = known.better(best, start.turned_round(scene, landmarks));
+        for moves in exchanges(scene.mesh, &start.view.frame, &start.moves) {
+            scene.watch.proceed(0.0)?;
+            best = start.led(scene, landmarks, moves)?.into_iter().fold(best, |a, b| known.better(a, b));
         }
         best = known.better(best, start);
     }
-    Ok(known.answered_anew(best, watch)?)
+    Ok(known.answered_anew(best)?)
 }
 
 /// Both shapes, what the user knows of them, and what is to stay.
 struct Known<'a> {
-    shape: &'a FlatShape,
-    mesh: &'a PreparedMesh,
+    scene: &'a Scene<'a>,
     landmarks: &'a Landmarks,
     /// For every sample of the sketch its answer, where the landmark nearest to it is not missed.
     confirmed: Vec<Option<Place>>,
 }
 
 impl Known<'_> {
-    fn new<'a>(shape: &'a FlatShape, mesh: &'a PreparedMesh, landmarks: &'a Landmarks, answer: &[u32]) -> Known<'a> {
+    fn new<'a>(scene: &'a Scene<'a>, landmarks: &'a Landmarks, answer: &[u32]) -> Known<'a> {
+        let mesh = scene.mesh;
         let missed = landmarks.misses(mesh, answer);
         let near = |l: usize, x: u32| landmarks.fields[l][x as usize];
         let nearest = |x: u32| (0..missed.len()).min_by(|&a, &b| near(a, x).total_cmp(&near(b, x)));
@@ -72,7 +69,7 @@ impl Known<'_> {
             let hit = nearest(x).is_none_or(|landmark| missed[landmark] <= MISSED);
             hit.then(|| mesh.distances.at(answer[x as usize]))
         };
-        Known { shape, mesh, landmarks, confirmed: shape.samples.iter().map(confirmed).collect() }
+        Known { scene, landmarks, confirmed: scene.shape.samples.iter().map(confirmed).collect() }
     }
 
     /// How far an attempt's map bends distances, misses landmarks and changes what is confirmed.
@@ -82,9 +79,9 @@ impl Known<'_> {
 
     /// Mean distance, each at most 0.4, of a map's answers from those confirmed, others counting 0.
     fn change(&self, map: &[u32]) -> f64 {
-        let samples = self.shape.samples.iter().zip(&self.confirmed);
+        let samples = self.scene.shape.samples.iter().zip(&self.confirmed);
         let change = |(&x, confirmed): (&u32, &Option<Place>)| {
-            let answer = self.mesh.distances.at(map[x as usize]);
+            let answer = self.scene.mesh.distances.at(map[x as usize]);
             confirmed.as_ref().map_or(0.0, |confirmed| answer.to(confirmed).min(MOST))
         };
         samples.map(change).sum::<f64>() / self.confirmed.len().max(1) as f64
@@ -96,9 +93,9 @@ impl Known<'_> {
     }
 
     /// The attempt with the answers that contradict a landmark it misses found from the distances to the others.
-    fn answered_anew(&self, mut attempt: Attempt, watch: &dyn Watch) -> Result<Attempt, Cancelled> {
+    fn answered_anew(&self, mut attempt: Attempt) -> Result<Attempt, Cancelled> {
         for (pair, near) in self.landmarks.pairs.iter().zip(&self.landmarks.fields).take(TOLD) {
-            let (distances, place) = (&self.mesh.distances, self.mesh.distances.at(pair.mesh));
+            let (distances, place) = (&self.scene.mesh.distances, self.scene.mesh.distances.at(pair.mesh));
             let miss = distances.at(attempt.map[pair.sketch as usize]).to(&place);
             if miss < MISSED {
                 continue;
@@ -111,30 +108,30 @@ impl Known<'_> {
                 wanted < miss && (wanted - found).abs() > SLACK + SHARE * wanted
             };
             let wrong: Vec<bool> = (0..attempt.map.len()).map(contradicts).collect();
-            let anchors = self.anchors(&attempt.map, &wrong, watch)?;
-            let map = answered(self.mesh, &attempt.map, &wrong, &anchors, scale, watch)?;
-            let other = attempt.clone().answering(self.shape, self.mesh, self.landmarks, map);
+            let anchors = self.anchors(&attempt.map, &wrong)?;
+            let map = answered(self.scene.mesh, &attempt.map, &wrong, &anchors, scale, self.scene.watch)?;
+            let other = attempt.clone().answering(self.scene, self.landmarks, map);
             attempt = self.better(attempt, other);
         }
         Ok(attempt)
     }
 
     /// The landmarks, and vertices far from them and from each other that are not wrong.
-    fn anchors(&self, map: &[u32], wrong: &[bool], watch: &dyn Watch) -> Result<Vec<Anchor>, Cancelled> {
+    fn anchors(&self, map: &[u32], wrong: &[bool]) -> Result<Vec<Anchor>, Cancelled> {
         let told = self.landmarks.pairs.iter().take(TOLD);
-        let mut anchors: Vec<Anchor> = told.map(|&pair| Anchor::of(self.shape, pair)).collect();
+        let mut anchors: Vec<Anchor> = told.map(|&pair| Anchor::of(self.scene.shape, pair)).collect();
         let most = anchors.len() + ANCHORS;
         let mut away = vec![f64::INFINITY; map.len()];
         let mut passed = 0;
         while anchors.len() < most {
-            watch.proceed(0.0)?;
+            self.scene.watch.proceed(0.0)?;
             for anchor in &anchors[passed..] {
                 away.iter_mut().zip(&anchor.near).for_each(|(away, &d)| *away = away.min(d));
             }
             passed = anchors.len();
             let right = (0..map.len()).filter(|&x| !wrong[x]);
             let Some(next) = right.max_by(|&a, &b| away[a].total_cmp(&away[b])) else { break };
-            anchors.push(Anchor::of(self.shape, Pair { sketch: next as u32, mesh: map[next] }));
+            anchors.push(Anchor::of(self.scene.shape, Pair { sketch: next as u32, mesh: map[next] }));
         }
         Ok(anchors)
     }

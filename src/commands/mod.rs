@@ -6,6 +6,7 @@ mod health;
 mod matching;
 mod output;
 mod serve;
+mod weigh;
 
 use std::fs;
 use std::io::{Write, stdin, stdout};
@@ -21,6 +22,7 @@ pub use eigenvalues::EigenvaluesOptions;
 pub use example::ExampleOptions;
 pub use health::HealthOptions;
 pub use matching::MatchOptions;
+pub use weigh::WeighOptions;
 
 /// Does what the command line says.
 ///
@@ -33,6 +35,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
         Command::Match(options) => matching::run(&options),
         Command::Example(options) => example::run(&options),
         Command::Eigenvalues(options) => eigenvalues::run(&options),
+        Command::Weigh(options) => weigh::run(&options),
         Command::Health(options) => health::run(&options),
         Command::ReadSvg => svg_reader::serve(stdin().lock(), stdout().lock()).context("reading an SVG"),
         Command::Openapi => printed(&format!("{:#}", openapi::document())),

@@ -18,9 +18,10 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::cursor_fault;
 use super::{App, PREFERENCE_APPLIED, json, memory};
-use crate::pipeline::request::{MatchRequest, Regions};
+use crate::alignment::standing::Up;
+use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
-use crate::store::{Job, JobKind, Kind, MEMORY, NewJob};
+use crate::store::{Job, JobKind, Kind, MEMORY, NewJob, Shape};
 
 const PATH: &str = "/v1/matches";
 
@@ -92,10 +93,15 @@ async fn submitted(app: &App, body: Arc<JsonBody>, dedupe: Option<String>) -> Re
 /// 422 with every fault found.
 async fn payload(app: &App, request: MatchRequest) -> Result<(Settings, String), Problem> {
     let mut faults = Vec::new();
-    let sketch = vertices(app, Kind::Sketch, &request.sketch, &mut faults).await?;
-    let mesh = vertices(app, Kind::Mesh, &request.mesh, &mut faults).await?;
+    let sketch = named(app, Kind::Sketch, &request.sketch, &mut faults).await?;
+    let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
+    let up = mesh.as_ref().and_then(known_up);
+    let [sketch, mesh] = [sketch, mesh].map(|shape| shape.as_ref().and_then(vertices));
     let budget = app.config.max_job_memory;
-    let settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
+    let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
+    if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
+        settings.up.mesh.get_or_insert(Direction::Along(up));
+    }
     let faults = faults_on_shapes(app, &settings).await?;
     if !faults.is_empty() {
         return Err(unfit(faults));
@@ -146,14 +152,25 @@ async fn faults_on_shapes(app: &App, settings: &Settings) -> Result<Vec<Fault>, 
     Ok(faults.into_iter().map(Fault::from).collect())
 }
 
-/// The number of vertices of a shape; where there is no such shape, a fault.
-async fn vertices(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> Result<Option<usize>, Problem> {
+/// The shape of this id; where there is none, a fault.
+async fn named(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> Result<Option<Shape>, Problem> {
     let shape = app.store.shape(kind, id).await?;
     if shape.is_none() {
         let noun = kind.noun();
         faults.push(Fault::at_pointer(format!("/{noun}"), format!("there is no {noun} of this id")));
     }
-    Ok(shape.and_then(|shape| usize::try_from(shape.body.get("vertices")?.as_u64()?).ok()))
+    Ok(shape)
+}
+
+/// The number of vertices of a shape.
+fn vertices(shape: &Shape) -> Option<usize> {
+    usize::try_from(shape.body.get("vertices")?.as_u64()?).ok()
+}
+
+/// What the answer to the upload of a mesh said is up on it, where that is sure enough.
+fn known_up(mesh: &Shape) -> Option<[f64; 3]> {
+    let up: Up = serde_json::from_value(mesh.body.get("up")?.clone()).ok()?;
+    up.is_sure().then_some(up.direction)
 }
 
 /// 202 with the time to look again.

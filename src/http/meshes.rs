@@ -18,7 +18,9 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Renaming, ShapeDocument};
+use crate::alignment::standing::{self, Up};
 use crate::mesh::connectivity::{ComponentSummary, Summary, component_summaries, summary};
+use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::formats::{Format, Limits, foreign};
 use crate::mesh::refusal::{Refusal, Warning};
@@ -31,6 +33,10 @@ pub struct MeshMeasures {
     summary: Summary,
     /// What was mended, and what is to be known.
     warnings: Vec<Warning>,
+    /// Which way is up on it: what matches take unless they say otherwise, where it is surer than even. None of meshes
+    /// taken before this was told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    up: Option<Up>,
 }
 
 #[derive(Debug, Deserialize, IntoParams)]
@@ -79,7 +85,7 @@ pub async fn upload(
         let taken = app.with_memory(memory, move || {
             let Upload { bytes, media_type, file_name, .. } = &*upload;
             let format = format(bytes, query.format, media_type.as_deref(), file_name.as_deref())?;
-            let (mesh, measures) = measured(imported(bytes, format, &limits)?);
+            let (mesh, measures) = measured(imported(bytes, format, &limits)?, format);
             let media_type = format.media_type().to_owned();
             Ok::<_, Problem>((mesh, measures, Source { bytes: bytes.clone(), media_type, parameters: String::new() }))
         });
@@ -91,9 +97,10 @@ pub async fn upload(
 }
 
 /// The mesh beside its measures.
-fn measured(Imported { mesh, warnings }: Imported) -> (FileMesh, MeshMeasures) {
+fn measured(Imported { mesh, warnings }: Imported, format: Format) -> (FileMesh, MeshMeasures) {
     let summary = summary(&mesh);
-    (mesh, MeshMeasures { summary, warnings })
+    let up = Some(standing::up(&Figure::largest(&mesh).mesh, format.up()));
+    (mesh, MeshMeasures { summary, warnings, up })
 }
 
 /// The format named, else that which the media type, the file's name or the bytes tell.

@@ -10,6 +10,7 @@ pub mod formats;
 pub mod geodesics;
 mod joining;
 mod mending;
+pub mod normals;
 pub mod parts;
 mod polygon;
 pub mod refusal;

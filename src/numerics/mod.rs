@@ -24,6 +24,7 @@ mod triangular_solve;
 mod decomposition_error;
 mod frobenius;
 mod report;
+mod side_by_side;
 mod stopping;
 mod watch;
 
@@ -33,5 +34,6 @@ pub(crate) mod random;
 pub use decomposition_error::DecompositionError;
 pub use frobenius::inner_product;
 pub use report::{Report, Stopped};
+pub use side_by_side::side_by_side;
 pub use stopping::Stopping;
 pub use watch::{Cancelled, Unwatched, Watch};

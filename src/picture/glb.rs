@@ -4,9 +4,9 @@ use gltf::binary::{Glb, Header};
 use serde_json::{Value, json};
 
 use super::colour::Colour;
-use super::normals::vertex_normals;
 use super::surface;
 use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::normals::vertex_normals;
 
 /// Single precision holds the coordinates of a file well where the mesh is no farther from the origin than this many
 /// times its extent.

@@ -10,7 +10,6 @@ mod figure;
 mod fixtures;
 mod glb;
 pub mod heat_map;
-mod normals;
 mod palette;
 mod png;
 mod portrait;

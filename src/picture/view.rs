@@ -3,9 +3,9 @@
 use faer::{Mat, Side};
 
 use super::Matched;
-use super::normals::vertex_normals;
 use crate::alignment::frame::Frame;
 use crate::mesh::dot;
+use crate::mesh::normals::vertex_normals;
 
 /// How far the second view is turned about the picture's up axis, in degrees.
 const TURN: f64 = 60.0;

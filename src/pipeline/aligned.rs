@@ -1,11 +1,14 @@
 //! The alignment of views within a match: its stage, and what the result says of it.
 
 use super::outcome::{AlignmentReport, Alternative, AlternativeKind, MatchedBy, SeenPart, ViewReport};
-use super::request::Part;
+use super::request::{Direction, Part, Ups};
 use super::{MatchError, Surroundings};
 use crate::alignment::axes::Axes;
 use crate::alignment::flat_shape::FlatShape;
-use crate::alignment::frame::Frame;
+use crate::alignment::frame::{Frame, unit};
+use crate::alignment::prepared::PreparedMesh;
+use crate::alignment::standing::Up;
+use crate::alignment::upright::Upright;
 use crate::alignment::{self, Alignment, Pair, Way};
 use crate::mesh::dot;
 use crate::mesh::figure::Figure;
@@ -31,13 +34,15 @@ pub(super) fn aligned(
     figure: &Figure,
     landmarks: &[[usize; 2]],
     part: Part,
+    up: &Ups,
     surroundings: &Surroundings<'_>,
     watch: &dyn Watch,
 ) -> Result<Aligned, MatchError> {
     let prepared = surroundings.preparations.prepared(&figure.mesh, watch)?;
     let shape = FlatShape::new(sketch.mesh(), watch)?;
     let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
-    let alignment = alignment::aligned(&shape, &prepared, &pairs, watch)?;
+    let upright = upright(up, sketch, &shape, &prepared);
+    let alignment = alignment::aligned(&shape, &prepared, upright, &pairs, watch)?;
     let toward = dot(prepared.symmetry.normal, alignment.frame.toward_camera).signum();
     let in_front = |v: &u32| toward * prepared.symmetry.height(prepared.positions[*v as usize]) > -BEYOND;
     let part = match part {
@@ -50,6 +55,23 @@ pub(super) fn aligned(
     let vertices = 0..prepared.positions.len() as u32;
     let visible = vertices.filter(|v| part == SeenPart::Whole || in_front(v)).collect();
     Ok(Aligned { alignment, axes: prepared.axes, part, visible })
+}
+
+/// Which way is up on both shapes, in the axes they are laid in; nothing where it is not known of one of them.
+fn upright(up: &Ups, sketch: &Sketch, shape: &FlatShape, prepared: &PreparedMesh) -> Option<Upright> {
+    let drawn = match up.sketch {
+        None => [0.0, 1.0],
+        Some(Direction::Along(direction)) => sketch.to_internal(direction),
+        Some(Direction::Unknown(_)) => return None,
+    };
+    let standing = match up.mesh {
+        None => Some(prepared.up(None)).filter(Up::is_sure)?.direction,
+        Some(Direction::Along(direction)) => direction,
+        Some(Direction::Unknown(_)) => return None,
+    };
+    let length = drawn[0].hypot(drawn[1]);
+    let sketch = shape.turned(drawn.map(|x| x / length));
+    Some(Upright { sketch, mesh: prepared.axes.along(unit(standing)) })
 }
 
 impl Aligned {

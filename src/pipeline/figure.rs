@@ -69,7 +69,9 @@ impl Chosen {
     ) -> Result<Chosen, MatchError> {
         let landmarks = landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
         let aligned = match settings.alignment {
-            Alignment::View { .. } => Some(aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)?),
+            Alignment::View { .. } => {
+                Some(aligned(sketch, &figure, &landmarks, settings.part, &settings.up, surroundings, watch)?)
+            }
             Alignment::None {} => None,
         };
         Ok(Chosen { figure, landmarks, aligned, of_several: true })

@@ -1,12 +1,16 @@
 //! Landmarks as vertices of both shapes.
 
+use std::collections::HashMap;
+
 use super::Fault;
 use super::request::Landmark;
 use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
+use crate::mesh::{length, subtract};
 use crate::sketch::Sketch;
 
-/// How far from the nearest vertex a landmark may be, as a share of the diagonal of the drawing's box.
+/// How far from the nearest vertex a landmark may be, and how far apart landmarks of one place of the drawing may be on
+/// the mesh, as a share of the diagonal of the shape's box.
 const REACH: f64 = 0.05;
 
 /// The landmarks as vertices: of the sketch the nearest, of the mesh that of its figure.
@@ -29,6 +33,9 @@ pub(super) fn vertices(
         }
         vertices.extend(on_sketch.zip(on_figure).map(|((x, _), y)| [x, y]));
     }
+    if faults.is_empty() {
+        faults = contradictions(&vertices, figure);
+    }
     if faults.is_empty() { Ok(vertices) } else { Err(faults) }
 }
 
@@ -44,6 +51,32 @@ pub(super) fn off_the_drawing(landmarks: &[Landmark], sketch: &Sketch) -> Vec<Fa
         Fault::new(format!("/landmarks/{i}/sketch"), format!("({x:?}, {y:?}) is not on the drawing"))
     })
     .collect()
+}
+
+/// Every landmark that gives a vertex of the sketch to another place of the mesh than one before it.
+fn contradictions(vertices: &[[usize; 2]], figure: &Figure) -> Vec<Fault> {
+    let positions = figure.mesh.positions();
+    let extent = |axis: usize| {
+        let (least, most) = positions
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), p| (least.min(p[axis]), most.max(p[axis])));
+        most - least
+    };
+    let reach = REACH * extent(0).hypot(extent(1)).hypot(extent(2));
+    let apart = |a: usize, b: usize| length(subtract(positions[a], positions[b])) > reach;
+    let mut first = HashMap::new();
+    let mut faults = Vec::new();
+    for (i, &[x, y]) in vertices.iter().enumerate() {
+        let &mut (earlier, vertex) = first.entry(x).or_insert((i, y));
+        if apart(vertex, y) {
+            let detail = format!(
+                "the same place of the drawing is given to vertex {} by landmark {earlier}, far from vertex {}",
+                figure.vertices[vertex], figure.vertices[y]
+            );
+            faults.push(Fault::new(format!("/landmarks/{i}/mesh"), detail));
+        }
+    }
+    faults
 }
 
 /// The vertex of the sketch nearest to a point in the coordinates of the upload, and its distance within the sketch's
@@ -103,6 +136,13 @@ mod tests {
     #[test]
     fn a_point_inside_a_large_triangle_is_on_the_drawing() {
         assert_eq!(placed(&[([0.5, 0.4], 2)]).map(|vertices| vertices.len()), Ok(1));
+    }
+
+    #[test]
+    fn a_place_of_the_drawing_has_one_place_of_the_mesh() {
+        assert_eq!(placed(&[([0., 0.], 1), ([1., 1.], 2), ([0.01, 0.], 1)]).map(|vertices| vertices.len()), Ok(3));
+        let faults = placed(&[([0., 0.], 1), ([1., 1.], 2), ([0., 0.], 3), ([1., 1.], 1)]).unwrap_err();
+        assert_eq!(faults, ["/landmarks/2/mesh", "/landmarks/3/mesh"]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Type};
 
 use crate::functional_map::{regulariser::Regulariser, weights::Weights};
 use crate::regions::MAX_REGIONS;
@@ -27,6 +27,8 @@ pub struct MatchRequest {
     pub part: Option<Part>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alignment: Option<Alignment>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Ups>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basis: Option<BasisRequest>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -88,6 +90,48 @@ impl Alignment {
     pub fn weight() -> f64 {
         1000.0
     }
+}
+
+/// Which way is up on the shapes; used softly, and only where it is known of both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ups {
+    /// The direction in the coordinates of the upload that is up on what is drawn, or `none`; by default the top of the
+    /// drawing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(schema_with = up_schema::<2>)]
+    pub sketch: Option<Direction<2>>,
+    /// The direction in the axes of the mesh's file, or `none`; by default that which the mesh's upload was answered with,
+    /// where it is surer than even.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(schema_with = up_schema::<3>)]
+    pub mesh: Option<Direction<3>>,
+}
+
+/// A direction of any positive length, or that there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "must be a list of coordinates, or \"none\"")]
+pub enum Direction<const N: usize>
+where
+    [f64; N]: Serialize + serde::de::DeserializeOwned,
+{
+    Along([f64; N]),
+    Unknown(Unknown),
+}
+
+/// That there is no direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unknown {
+    None,
+}
+
+/// The schema of a direction or `none`.
+fn up_schema<const N: usize>() -> OneOfBuilder {
+    let coordinate = ObjectBuilder::new().schema_type(Type::Number);
+    let along = ArrayBuilder::new().items(coordinate).min_items(Some(N)).max_items(Some(N));
+    let none = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(["none"]));
+    OneOfBuilder::new().item(along).item(none)
 }
 
 /// The Laplace–Beltrami bases.

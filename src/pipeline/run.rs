@@ -23,6 +23,9 @@ use crate::numerics::Watch;
 use crate::sketch::Sketch;
 use crate::spectral::Spectrum;
 
+/// Landmarks that a warning names at most.
+const NAMED: usize = 10;
+
 /// The match of a sketch and a mesh; the same input gives the same answer but for `timings_ms`.
 ///
 /// # Errors
@@ -49,14 +52,13 @@ pub fn run(
     let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
     let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
 
-    let aligned =
-        match settings.alignment {
-            Alignment::View { .. } if laid.is_some() => laid,
-            Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
-                aligned(sketch, &figure, &landmarks, settings.part, surroundings, watch)
-            })?),
-            Alignment::None {} => None,
-        };
+    let aligned = match settings.alignment {
+        Alignment::View { .. } if laid.is_some() => laid,
+        Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
+            aligned(sketch, &figure, &landmarks, settings.part, &settings.up, surroundings, watch)
+        })?),
+        Alignment::None {} => None,
+    };
     let aligned = aligned.as_ref();
 
     let regions = stages.run(Stage::Regions, |watch| {
@@ -107,7 +109,7 @@ pub fn run(
             initial_c: Matrix::from(start.as_ref()),
             weights: Matrix::from(w.as_ref()),
         },
-        warnings: warnings(settings, &figure, &regions),
+        warnings: warnings(settings, &figure, &regions, aligned),
         timings_ms: stages.finish(),
     })
 }
@@ -199,8 +201,19 @@ fn correspondences(sketch: &Sketch, figure: &Figure, points: &Points) -> Vec<Cor
         .collect()
 }
 
-fn warnings(settings: &Settings, figure: &Figure, regions: &regions::Correspondence) -> Vec<String> {
+fn warnings(
+    settings: &Settings,
+    figure: &Figure,
+    regions: &regions::Correspondence,
+    aligned: Option<&Aligned>,
+) -> Vec<String> {
     let mut warnings = Vec::new();
+    let at_odds = aligned.map_or(&[][..], |aligned| &aligned.alignment.at_odds);
+    if !at_odds.is_empty() {
+        let places: Vec<String> = at_odds.iter().take(NAMED).map(|i| format!("/landmarks/{i}")).collect();
+        let more = if at_odds.len() > NAMED { format!(" and {} more", at_odds.len() - NAMED) } else { String::new() };
+        warnings.push(format!("landmarks that contradict most others by their distances: {}{more}", places.join(", ")));
+    }
     let (all, besides) = (figure.of_file().len(), figure.of_file().filter(Option::is_none).count());
     if besides > 0 {
         warnings.push(format!("{besides} of the {all} vertices of the mesh are not on the component that is matched"));

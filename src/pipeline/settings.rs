@@ -5,7 +5,8 @@ use utoipa::ToSchema;
 
 use super::Fault;
 use super::request::{
-    Alignment, Columns, Conversion, Landmark, MatchRequest, Part, Preset, Refinement, Regions, SpectralScale,
+    Alignment, Columns, Conversion, Direction, Landmark, MatchRequest, Part, Preset, Refinement, Regions,
+    SpectralScale, Ups,
 };
 use crate::functional_map::regulariser::{L1, Regulariser};
 use crate::functional_map::weights::{self, Weights};
@@ -35,6 +36,8 @@ pub struct Settings {
     pub components: Option<Vec<usize>>,
     pub part: Part,
     pub alignment: Alignment,
+    #[serde(default)]
+    pub up: Ups,
     pub basis: Basis,
     pub descriptors: Descriptors,
     pub regions: Regions,
@@ -90,6 +93,7 @@ impl Settings {
             components: None,
             part: Part::Whole,
             alignment: Alignment::None {},
+            up: Ups::default(),
             basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann },
             descriptors: Descriptors {
                 hks: Heat { count: 100, times: None },
@@ -150,6 +154,7 @@ impl Settings {
                 settings.part = Part::Whole;
             }
         }
+        settings.up = request.up.unwrap_or_default();
         settings.regions = request.regions.unwrap_or(settings.regions);
         settings.landmarks = request.landmarks.unwrap_or(settings.landmarks);
         settings.weights = request.weights.unwrap_or(settings.weights);
@@ -212,6 +217,17 @@ impl Settings {
     }
 
     fn alignment_faults(&self, faults: &mut Faults) {
+        if self.up != Ups::default() && self.alignment == (Alignment::None {}) {
+            faults.add("/up", "matters to an alignment of views only, and none is asked for");
+        }
+        let directions = [self.up.sketch.as_ref().map(coordinates), self.up.mesh.as_ref().map(coordinates)];
+        for (shape, coordinates) in ["sketch", "mesh"].into_iter().zip(directions) {
+            if let Some(Some(x)) = coordinates
+                && !(x.iter().all(|x| x.abs() <= 1e50) && x.iter().any(|x| x.abs() >= 1e-50))
+            {
+                faults.add(format!("/up/{shape}"), "must have a length, from 1e-50 to 1e50");
+            }
+        }
         match self.alignment {
             Alignment::View { weight } if !(0.0..=1e6).contains(&weight) => {
                 faults.add("/alignment/weight", format!("must be 0 to 1000000, is {weight:?}"));
@@ -250,6 +266,16 @@ impl Settings {
                     return;
                 }
                 for (i, pair) in pairs.iter().enumerate() {
+                    for (side, (shape, other)) in [("sketch", "mesh"), ("mesh", "sketch")].into_iter().enumerate() {
+                        let earlier = pairs[..i].iter().position(|earlier| earlier[side] == pair[side]);
+                        if let Some(earlier) = earlier {
+                            let detail = format!(
+                                "region {} of the {shape} has its region of the {other} in pair {earlier} already",
+                                pair[side]
+                            );
+                            faults.add(format!("/regions/pairs/{i}/{side}"), detail);
+                        }
+                    }
                     for (side, (region, count)) in pair.iter().zip([sketch_regions, mesh_regions]).enumerate() {
                         if region >= count {
                             faults.add(format!("/regions/pairs/{i}/{side}"), format!("must be below {count}"));
@@ -258,6 +284,17 @@ impl Settings {
                 }
             }
         }
+    }
+}
+
+/// The coordinates of a direction, where there is one.
+fn coordinates<const N: usize>(direction: &Direction<N>) -> Option<&[f64]>
+where
+    [f64; N]: Serialize + serde::de::DeserializeOwned,
+{
+    match direction {
+        Direction::Along(coordinates) => Some(coordinates),
+        Direction::Unknown(_) => None,
     }
 }
 

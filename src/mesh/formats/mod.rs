@@ -107,6 +107,14 @@ impl Format {
         }
     }
 
+    /// The direction that is up by the format's standard, where it has one.
+    pub fn up(self) -> Option<[f64; 3]> {
+        match self {
+            Format::Glb | Format::Gltf => Some([0.0, 1.0, 0.0]),
+            Format::Obj | Format::Off | Format::Ply | Format::Stl => None,
+        }
+    }
+
     /// The format the bytes look like.
     pub fn sniff(bytes: &[u8]) -> Option<Format> {
         let bytes = text::without_mark(bytes);

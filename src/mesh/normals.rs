@@ -1,7 +1,6 @@
 //! The directions a surface faces.
 
-use crate::alignment::frame::unit;
-use crate::mesh::{TriangleMesh, cross, length, subtract};
+use super::{TriangleMesh, cross, length, subtract};
 
 /// A direction of length 1 for every vertex: the mean of its triangles', weighted by area; along z where there is none.
 pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
@@ -13,12 +12,17 @@ pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
             (0..3).for_each(|i| sums[v as usize][i] += normal[i]);
         }
     }
-    sums.into_iter().map(|sum| if length(sum) > 0.0 { unit(sum) } else { [0.0, 0.0, 1.0] }).collect()
+    let unit = |sum: [f64; 3]| {
+        let length = length(sum);
+        if length > 0.0 { sum.map(|x| x / length) } else { [0.0, 0.0, 1.0] }
+    };
+    sums.into_iter().map(unit).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alignment::frame::unit;
     use crate::alignment::solids::sphere;
     use crate::mesh::dot;
 

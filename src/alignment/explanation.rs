@@ -1,0 +1,173 @@
+//! How well an attempt explains the drawing: what is compared when one is chosen.
+
+use super::scene::Scene;
+use crate::mesh::dot;
+
+/// The distance from the nearest answer, in units of √area, from which a place of the mesh counts as left out, and that at
+/// which it counts fully.
+const NEAR: f64 = 0.04;
+const FAR: f64 = 0.12;
+/// Rows in which two figures are compared, and how far one is shifted against the other at most, in units of √area.
+const ROWS: usize = 72;
+const SHIFT: f64 = 0.12;
+
+/// The similarity that the deformation of the sketch is nearest to.
+pub(super) struct Turn {
+    pub cos: f64,
+    pub sin: f64,
+}
+
+impl Turn {
+    /// The turn from the m places of the sketch to those it is laid at.
+    pub fn between(from: &[[f64; 2]], to: &[[f64; 2]]) -> Turn {
+        let n = from.len().max(1) as f64;
+        let mean = |points: &[[f64; 2]]| [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / n);
+        let (a, b) = (mean(from), mean(to));
+        let (mut cos, mut sin) = (0.0, 0.0);
+        for (p, q) in from.iter().zip(to) {
+            let ([x, y], [u, v]) = ([p[0] - a[0], p[1] - a[1]], [q[0] - b[0], q[1] - b[1]]);
+            cos += x * u + y * v;
+            sin += x * v - y * u;
+        }
+        let length = cos.hypot(sin);
+        if length > 0.0 { Turn { cos: cos / length, sin: sin / length } } else { Turn { cos: 1.0, sin: 0.0 } }
+    }
+}
+
+impl Turn {
+    /// The direction turned.
+    pub fn of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.cos * x - self.sin * y, self.sin * x + self.cos * y]
+    }
+}
+
+/// 1 − the area two figures share over the area they cover together, once both have area 1 and `own` is turned; the best
+/// of nine shifts.
+pub(super) fn mismatch(own: &[[f64; 2]], turn: &Turn, other: &[[f64; 2]]) -> f64 {
+    let turned: Vec<[f64; 2]> = own.iter().map(|&point| turn.of(point)).collect();
+    let (own, other) = (normalised(&turned), normalised(other));
+    let low = own.iter().chain(&other).map(|p| p[1]).fold(f64::INFINITY, f64::min) - SHIFT;
+    let high = own.iter().chain(&other).map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max) + SHIFT;
+    let height = (high - low) / ROWS as f64;
+    let row = |k: usize| low + (k as f64 + 0.5) * height;
+    let own: Vec<Vec<f64>> = (0..ROWS).map(|k| crossings(&own, row(k))).collect();
+    let mut least = 1.0f64;
+    for up in [0.0, -SHIFT, SHIFT] {
+        let other: Vec<Vec<f64>> = (0..ROWS).map(|k| crossings(&other, row(k) - up)).collect();
+        let covered: f64 = own.iter().chain(&other).map(|row| length(row)).sum();
+        for right in [0.0, -SHIFT, SHIFT] {
+            let shared: f64 = own.iter().zip(&other).map(|(a, b)| shared(a, b, right)).sum();
+            least = least.min(1.0 - shared / (covered - shared).max(f64::MIN_POSITIVE));
+        }
+    }
+    least
+}
+
+/// A closed polygon at area 1 about the mean of its corners.
+fn normalised(corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let n = corners.len().max(1) as f64;
+    let mean = [0, 1].map(|axis| corners.iter().map(|p| p[axis]).sum::<f64>() / n);
+    let next = corners.iter().cycle().skip(1);
+    let doubled: f64 = corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
+    let scale = (0.5 * doubled.abs()).sqrt().max(f64::MIN_POSITIVE);
+    corners.iter().map(|p| [0, 1].map(|axis| (p[axis] - mean[axis]) / scale)).collect()
+}
+
+/// Where a horizontal line crosses a closed polygon, ascending: inside between the first and the second, and so on.
+fn crossings(corners: &[[f64; 2]], y: f64) -> Vec<f64> {
+    let next = corners.iter().cycle().skip(1);
+    let across = corners.iter().zip(next).filter(|(a, b)| (a[1] <= y) != (b[1] <= y));
+    let mut crossings: Vec<f64> = across.map(|(a, b)| a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])).collect();
+    crossings.sort_by(f64::total_cmp);
+    crossings
+}
+
+fn length(row: &[f64]) -> f64 {
+    row.as_chunks::<2>().0.iter().map(|[from, to]| to - from).sum()
+}
+
+/// The length that the spans of `a` share with those of `b` shifted to the right.
+fn shared(a: &[f64], b: &[f64], right: f64) -> f64 {
+    let spans = |row: &[f64]| row.as_chunks::<2>().0.to_vec();
+    let (a, b) = (spans(a), spans(b));
+    a.iter().flat_map(|[from, to]| b.iter().map(move |[u, v]| (to.min(v + right) - from.max(u + right)).max(0.0))).sum()
+}
+
+/// 1 − the rank correlation of the drawing's heights at its samples and the body's heights at their answers.
+pub(super) fn disorder(scene: &Scene<'_>, map: &[u32]) -> f64 {
+    let Some(upright) = scene.upright else { return 0.0 };
+    let [x, y] = upright.sketch;
+    let samples = &scene.shape.samples;
+    let drawn = samples.iter().map(|&v| {
+        let p = scene.shape.positions[v as usize];
+        x * p[0] + y * p[1]
+    });
+    let found = samples.iter().map(|&v| dot(upright.mesh, scene.mesh.positions[map[v as usize] as usize]));
+    1.0 - correlation(&ranks(drawn.collect()), &ranks(found.collect()))
+}
+
+fn ranks(values: Vec<f64>) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]).then(a.cmp(&b)));
+    let mut ranks = vec![0.0; values.len()];
+    order.into_iter().enumerate().for_each(|(rank, i)| ranks[i] = rank as f64);
+    ranks
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().max(1) as f64;
+    let (ma, mb) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
+    let product: f64 = a.iter().zip(b).map(|(x, y)| (x - ma) * (y - mb)).sum();
+    let squares = |v: &[f64], m: f64| v.iter().map(|x| (x - m) * (x - m)).sum::<f64>();
+    product / (squares(a, ma) * squares(b, mb)).sqrt().max(f64::MIN_POSITIVE)
+}
+
+/// How much of the mesh's side in front no answer is near, from 0 to 1: judged at the farthest points that face the camera.
+pub(super) fn uncovered(scene: &Scene<'_>, toward: [f64; 3], map: &[u32]) -> f64 {
+    let distances = &scene.mesh.distances;
+    let (mut left_out, mut count) = (0.0, 0.0);
+    for (field, &normal) in distances.fields.iter().zip(&scene.mesh.normals) {
+        if dot(normal, toward) <= 0.0 {
+            continue;
+        }
+        let nearest = map.iter().map(|&v| field[v as usize]).fold(f32::INFINITY, f32::min);
+        left_out += ((f64::from(nearest) - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
+        count += 1.0;
+    }
+    if count > 0.0 { left_out / count } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BAR: [[f64; 2]; 4] = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [0.0, 1.0]];
+
+    fn turned_by(degrees: f64) -> Turn {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        Turn { cos, sin }
+    }
+
+    #[test]
+    fn a_figure_matches_itself_wherever_it_lies_and_however_large_it_is() {
+        let turn = turned_by(30.0);
+        let moved = BAR.map(|p| turn.of(p).map(|x| 7.0 * x - 3.0));
+        assert!(mismatch(&BAR, &turn, &moved) < 1e-9);
+        let found = Turn::between(&BAR, &moved);
+        assert!((found.cos - turn.cos).abs() < 1e-12 && (found.sin - turn.sin).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bars_that_cross_share_a_seventh_of_what_they_cover() {
+        // 4 × 1 and 1 × 4 share 1 of 7.
+        let crossed = mismatch(&BAR, &turned_by(90.0), &BAR);
+        assert!((crossed - 6.0 / 7.0).abs() < 0.02, "{crossed}");
+    }
+
+    #[test]
+    fn heights_in_the_same_order_correlate() {
+        let ranked = |values: &[f64]| ranks(values.to_vec());
+        assert!((correlation(&ranked(&[1.0, 5.0, 9.0]), &ranked(&[0.1, 0.2, 0.9])) - 1.0).abs() < 1e-12);
+        assert!((correlation(&ranked(&[1.0, 5.0, 9.0]), &ranked(&[3.0, 2.0, 1.0])) + 1.0).abs() < 1e-12);
+    }
+}

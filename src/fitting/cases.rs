@@ -1,0 +1,176 @@
+//! Cases whose truth is known: folders of silhouettes with dense truth, and drawings with landmarks.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use super::Unreadable;
+use crate::sketch::outline::OutlineRequest;
+use crate::sketch::{self, Choice, Config, DEFAULT_TARGET_VERTICES, Sketch};
+
+/// A sketch, a mesh, and what is known of how they correspond.
+pub struct Case {
+    pub name: String,
+    /// The name of the folder it is from.
+    pub set: String,
+    /// What it was drawn from: other forms of the same drawing, and other targets of the same silhouette, share it.
+    base: String,
+    pub drawing: PathBuf,
+    media_type: String,
+    pub mesh: PathBuf,
+    pub truth: Truth,
+}
+
+/// What is known of how a sketch and a mesh correspond.
+pub enum Truth {
+    /// Points, and their vertices in each way a silhouette can be read; −1 is unknown.
+    Dense { side: bool, points: Vec<[f64; 2]>, variants: Vec<Vec<i64>> },
+    /// Points, and the vertices that are right for each.
+    Landmarks(Vec<([f64; 2], Vec<u32>)>),
+}
+
+#[derive(Deserialize)]
+struct Dense {
+    side: bool,
+    points: Vec<[f64; 2]>,
+    variants: BTreeMap<String, Vec<i64>>,
+}
+
+#[derive(Deserialize)]
+struct Drawing {
+    name: String,
+    drawing: PathBuf,
+    #[serde(rename = "type")]
+    media_type: String,
+    meshes: Vec<String>,
+    landmarks: Vec<(String, f64, f64)>,
+}
+
+#[derive(Deserialize)]
+struct Marked {
+    file: PathBuf,
+    landmarks: BTreeMap<String, Vec<u32>>,
+}
+
+/// Endings of a drawing's name that tell the form of a drawing that is there in others.
+const FORMS: [&str; 4] = ["-png", "-line", "-scribble", "-fill"];
+
+/// The cases of a folder: `cases.json` with `meshes.json` beside it, or a folder for each case with `mesh.off`,
+/// `sketch.json` and `truth.json`.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn of_folder(folder: &Path) -> Result<Vec<Case>, Unreadable> {
+    let set = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    if folder.join("cases.json").exists() { drawings(folder, &set) } else { silhouettes(folder, &set) }
+}
+
+fn silhouettes(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
+    let entries = fs::read_dir(folder).map_err(|error| Unreadable::new(folder, error))?;
+    let mut folders: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    folders.retain(|folder| folder.join("truth.json").exists());
+    folders.sort_unstable();
+    let case = |folder: PathBuf| {
+        let Dense { side, points, variants } = parsed(&folder.join("truth.json"))?;
+        let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(Case {
+            base: name.split("__").next().unwrap_or_default().to_owned(),
+            name,
+            set: set.to_owned(),
+            drawing: folder.join("sketch.json"),
+            media_type: "application/json".to_owned(),
+            mesh: folder.join("mesh.off"),
+            truth: Truth::Dense { side, points, variants: variants.into_values().collect() },
+        })
+    };
+    folders.into_iter().map(case).collect()
+}
+
+fn drawings(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
+    let drawings: Vec<Drawing> = parsed(&folder.join("cases.json"))?;
+    let meshes: BTreeMap<String, Marked> = parsed(&folder.join("meshes.json"))?;
+    let case = |drawing: &Drawing, target: &String| {
+        let mesh = meshes.get(target).ok_or_else(|| Unreadable::new(folder, format!("there is no mesh {target}")))?;
+        let right = |name: &String| mesh.landmarks.get(name).cloned();
+        let landmarks = drawing.landmarks.iter().filter_map(|(name, x, y)| Some(([*x, *y], right(name)?)));
+        Ok(Case {
+            name: format!("{}@{target}", drawing.name),
+            set: set.to_owned(),
+            base: FORMS.iter().fold(drawing.name.clone(), |name, form| name.replace(form, "")),
+            drawing: folder.join(&drawing.drawing),
+            media_type: drawing.media_type.clone(),
+            mesh: folder.join(&mesh.file),
+            truth: Truth::Landmarks(landmarks.collect()),
+        })
+    };
+    drawings.iter().flat_map(|drawing| drawing.meshes.iter().map(move |mesh| case(drawing, mesh))).collect()
+}
+
+fn parsed<T: DeserializeOwned>(path: &Path) -> Result<T, Unreadable> {
+    let bytes = fs::read(path).map_err(|error| Unreadable::new(path, error))?;
+    serde_json::from_slice(&bytes).map_err(|error| Unreadable::new(path, error))
+}
+
+impl Case {
+    /// Whether the case is kept from fitting: one of two, by the hash of what it was drawn from.
+    pub fn is_held_back(&self) -> bool {
+        blake3::hash(self.base.as_bytes()).as_bytes()[0] % 2 == 1
+    }
+
+    /// The drawing, read as the service reads it.
+    pub(super) fn sketch(&self) -> Result<Sketch, Unreadable> {
+        let bytes = fs::read(&self.drawing).map_err(|error| Unreadable::new(&self.drawing, error))?;
+        let config = Config::default();
+        let wanted = Choice { vertices: DEFAULT_TARGET_VERTICES, figure: 0 };
+        let imported = match self.media_type.as_str() {
+            "application/json" => {
+                let request: OutlineRequest =
+                    serde_json::from_slice(&bytes).map_err(|error| Unreadable::new(&self.drawing, error))?;
+                sketch::from_outline(&request.into_parts().0, wanted.vertices, &config)
+            }
+            "image/svg+xml" => sketch::from_svg(&bytes, wanted, &config),
+            _ => sketch::from_picture(&bytes, wanted, &config),
+        };
+        Ok(imported.map_err(|refusal| Unreadable::new(&self.drawing, refusal))?.sketch)
+    }
+}
+
+impl Truth {
+    /// The mean error of answers, m vertices at m places of the drawing: of dense truth by the variant that it is least
+    /// of. `distance` is that of two vertices, none where it is not known.
+    pub(super) fn error(
+        &self,
+        places: &[[f64; 2]],
+        answers: &[u32],
+        distance: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> f64 {
+        let answer = |point: &[f64; 2]| {
+            let squared = |p: &[f64; 2]| (p[0] - point[0]).powi(2) + (p[1] - point[1]).powi(2);
+            let nearest = places.iter().zip(answers).min_by(|a, b| squared(a.0).total_cmp(&squared(b.0)));
+            nearest.map_or(0, |(_, &answer)| answer)
+        };
+        match self {
+            Truth::Dense { side, points, variants } => {
+                let answers: Vec<u32> = points.iter().map(answer).collect();
+                let scale = if *side { 0.5f64.sqrt() } else { 1.0 };
+                let error = |variant: &Vec<i64>| {
+                    let known = answers.iter().zip(variant).filter_map(|(&a, &b)| distance(a, u32::try_from(b).ok()?));
+                    mean(known) / scale
+                };
+                variants.iter().map(error).fold(f64::INFINITY, f64::min)
+            }
+            Truth::Landmarks(landmarks) => mean(landmarks.iter().filter_map(|(point, right)| {
+                let answer = answer(point);
+                right.iter().filter_map(|&vertex| distance(answer, vertex)).reduce(f64::min)
+            })),
+        }
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    sum / f64::max(count, 1.0)
+}
