@@ -28,6 +28,7 @@ pub struct MeshMeasures {
     #[serde(flatten)]
     summary: Summary,
     /// What was mended, and what is to be known.
+    #[serde(deserialize_with = "shapes::known_warnings")]
     warnings: Vec<Warning>,
 }
 
