@@ -32,6 +32,7 @@ pub struct MeshMeasures {
     #[serde(flatten)]
     summary: Summary,
     /// What was mended, and what is to be known.
+    #[serde(deserialize_with = "shapes::known_warnings")]
     warnings: Vec<Warning>,
     /// Which way is up on it: what matches take unless they say otherwise, where it is surer than even. None of meshes
     /// taken before this was told.

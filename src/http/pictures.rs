@@ -234,6 +234,7 @@ pub async fn of_matrix(
 ) -> Result<Response, Problem> {
     let wanted = wanted(query.format, headers)?;
     let result = stored(&app, &id).await?;
+    let wanted = wanted.made_of(&app, result.clone(), "matrix".to_owned()).await?;
     wanted.answer(&app, move |media_type| matrix(media_type, &result)).await
 }
 
@@ -275,6 +276,10 @@ pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) 
     if look.alternative.is_some_and(|alternative| alternative >= alternatives.len()) {
         let fault = Fault::in_query("alternative", format!("the result has {} alternatives", alternatives.len()));
         return Err(Problem::refused("there is no such answer", vec![fault]));
+    }
+    let wanted = wanted.made_of(app, result.clone(), format!("{look:?}")).await?;
+    if let Some(unchanged) = wanted.unchanged() {
+        return Ok(unchanged);
     }
     let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
     wanted.answer(app, move |_| file(look, &result, &sketch, &mesh).map(Bytes::from)).await

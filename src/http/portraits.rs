@@ -50,5 +50,5 @@ pub async fn of_mesh(
         SVG => picture::mesh_svg(mesh.sound(), width).map(Bytes::from),
         _ => picture::mesh_png(mesh.sound(), width).map(Bytes::from),
     };
-    wanted.answer(&app, draw).await
+    wanted.made_of(&app, id.into(), format!("portrait {width}")).await?.answer(&app, draw).await
 }

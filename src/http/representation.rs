@@ -24,12 +24,14 @@ const COMPRESSED: &str = "gzip";
 pub struct Wanted {
     media_type: &'static str,
     headers: HeaderMap,
+    /// The entity tag, where it is known before the body is made.
+    tag: Option<String>,
 }
 
 impl Wanted {
     /// As `media_type`, whatever the `Accept` header says.
     pub fn named(headers: HeaderMap, media_type: &'static str) -> Wanted {
-        Wanted { media_type, headers }
+        Wanted { media_type, headers, tag: None }
     }
 
     /// As that of the media types `offered`, best first, which the `Accept` header likes best.
@@ -37,11 +39,35 @@ impl Wanted {
     /// # Errors
     /// 406 where it likes none.
     pub fn negotiated(headers: HeaderMap, offered: &[&'static str]) -> Result<Wanted, Problem> {
-        Ok(Wanted { media_type: negotiated(&headers, offered)?, headers })
+        let media_type = negotiated(&headers, offered)?;
+        Ok(Wanted::named(headers, media_type))
     }
 
     pub fn media_type(&self) -> &'static str {
         self.media_type
+    }
+
+    /// The same of what is made of nothing but `source`, the form and `how`: its tag is known before it is made.
+    ///
+    /// # Errors
+    /// 500 where no thread has been had to hash the source.
+    pub async fn made_of(self, app: &App, source: Bytes, how: String) -> Result<Wanted, Problem> {
+        let media_type = self.media_type;
+        let hashed = app.off_runtime(move || {
+            let mut hasher = blake3::Hasher::new();
+            // Another version of the program may make something else of it.
+            for part in [&source, env!("CARGO_PKG_VERSION").as_bytes(), media_type.as_bytes(), how.as_bytes()] {
+                hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
+            }
+            hasher.finalize()
+        });
+        Ok(Wanted { tag: Some(tag_of(hashed.await?)), ..self })
+    }
+
+    /// 304 where the client is known to have it before it is made.
+    pub fn unchanged(&self) -> Option<Response> {
+        let tag = self.tag.as_ref().filter(|tag| has(&self.headers, tag))?;
+        Some((StatusCode::NOT_MODIFIED, lasting(tag)).into_response())
     }
 
     /// The answer with the body that `write` makes in this form, off the threads that answer requests; 304 where the
@@ -54,9 +80,18 @@ impl Wanted {
         app: &App,
         write: impl FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
     ) -> Result<Response, Problem> {
-        let Wanted { media_type, headers } = self;
-        let written = app.off_runtime(move || write(media_type).map(|body| immutable(&headers, media_type, body)));
+        if let Some(unchanged) = self.unchanged() {
+            return Ok(unchanged);
+        }
+        let written = app.off_runtime(move || write(self.media_type).map(|body| self.immutable(body)));
         written.await?.map_err(Problem::internal)
+    }
+
+    /// The answer with a body that never changes: with a strong entity tag, or 304 where the client has it.
+    fn immutable(mut self, body: Bytes) -> Response {
+        let tag = self.tag.get_or_insert_with(|| tag_of(blake3::hash(&body)));
+        let answer = (lasting(tag), [(header::CONTENT_TYPE, self.media_type)], body);
+        self.unchanged().unwrap_or_else(|| answer.into_response())
     }
 }
 
@@ -102,18 +137,18 @@ fn fit(range: &str, media_type: &str) -> Option<u8> {
     }
 }
 
-/// The answer for a body that never changes: with a strong entity tag, or 304 where the client has it.
-fn immutable(request: &HeaderMap, media_type: &'static str, body: Bytes) -> Response {
-    let tag = format!("\"{}\"", &blake3::hash(&body).to_hex()[..32]);
-    let headers = [
-        (header::ETAG, tag.clone()),
+/// A strong entity tag.
+fn tag_of(hash: blake3::Hash) -> String {
+    format!("\"{}\"", &hash.to_hex()[..32])
+}
+
+/// The headers of what never changes.
+fn lasting(tag: &str) -> [(HeaderName, String); 3] {
+    [
+        (header::ETAG, tag.to_owned()),
         (header::CACHE_CONTROL, "private, max-age=31536000, immutable".to_owned()),
         (header::VARY, "accept".to_owned()),
-    ];
-    if has(request, &tag) {
-        return (StatusCode::NOT_MODIFIED, headers).into_response();
-    }
-    (headers, [(header::CONTENT_TYPE, media_type)], body).into_response()
+    ]
 }
 
 /// Whether `If-None-Match` names the tag, be it of the body as it is or of a compressed copy.
@@ -163,9 +198,15 @@ pub async fn tag_compressed(mut response: Response) -> Response {
 
 #[cfg(test)]
 mod tests {
+    use std::convert::Infallible;
+
     use axum::body::Body;
+    use metrics_exporter_prometheus::PrometheusBuilder;
+    use tokio_util::sync::CancellationToken;
 
     use super::*;
+    use crate::http::Config;
+    use crate::store::testing::fresh;
 
     const OFFERED: [&str; 3] = ["application/json", "text/csv", "application/x-npy"];
 
@@ -206,7 +247,8 @@ mod tests {
     #[test]
     fn answers_304_for_a_known_tag() {
         let body = Bytes::from_static(b"{}");
-        let first = immutable(&HeaderMap::new(), "application/json", body.clone());
+        let answered = |headers, body| Wanted::named(headers, "application/json").immutable(body);
+        let first = answered(HeaderMap::new(), body.clone());
         let tag = first.headers()[header::ETAG].clone();
         for known in [
             tag.to_str().unwrap().to_owned(),
@@ -214,9 +256,28 @@ mod tests {
             format!("\"x\", W/{}", tag.to_str().unwrap()),
         ] {
             let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::try_from(known).unwrap())]);
-            assert_eq!(immutable(&headers, "application/json", body.clone()).status(), StatusCode::NOT_MODIFIED);
+            assert_eq!(answered(headers, body.clone()).status(), StatusCode::NOT_MODIFIED);
         }
         let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_static("\"other\""))]);
-        assert_eq!(immutable(&headers, "application/json", body).status(), StatusCode::OK);
+        assert_eq!(answered(headers, body).status(), StatusCode::OK);
+    }
+
+    #[tokio::test]
+    async fn makes_nothing_for_a_client_that_has_it() {
+        let (_directory, store) = fresh().await;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let asked = async |headers, how: &str| {
+            let wanted = Wanted::named(headers, "image/png");
+            wanted.made_of(&app, Bytes::from_static(b"{}"), how.to_owned()).await.ok().unwrap()
+        };
+        let picture = |_| Ok::<_, Infallible>(Bytes::from_static(b"picture"));
+        let made = asked(HeaderMap::new(), "wide").await.answer(&app, picture).await.ok().unwrap();
+        let known = HeaderMap::from_iter([(header::IF_NONE_MATCH, made.headers()[header::ETAG].clone())]);
+        let unmade = |_| -> Result<Bytes, Infallible> { unreachable!("it is made again") };
+        let again = asked(known.clone(), "wide").await.answer(&app, unmade).await.ok().unwrap();
+        assert_eq!(again.status(), StatusCode::NOT_MODIFIED);
+        assert_eq!(again.headers()[header::ETAG], known[header::IF_NONE_MATCH]);
+        assert!(asked(known, "narrow").await.unchanged().is_none());
     }
 }

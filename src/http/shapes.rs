@@ -6,7 +6,8 @@ use std::sync::Arc;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::App;
@@ -54,6 +55,16 @@ impl Kind {
             Kind::Sketch => "/v1/sketches",
         }
     }
+}
+
+/// Warnings of the kinds there are: those stored by an earlier version may be of kinds that are no warnings any more.
+pub(super) fn known_warnings<'de, D, W>(deserializer: D) -> Result<Vec<W>, D::Error>
+where
+    D: Deserializer<'de>,
+    W: DeserializeOwned,
+{
+    let stored = Vec::<Value>::deserialize(deserializer)?;
+    Ok(stored.into_iter().filter_map(|warning| serde_json::from_value(warning).ok()).collect())
 }
 
 /// What is known of the shape of this id, its measures stored as a `T`.

@@ -33,6 +33,7 @@ pub struct SketchMeasures {
     /// In squared units of the upload.
     area: f64,
     /// What was mended, and what is to be known.
+    #[serde(deserialize_with = "shapes::known_warnings")]
     warnings: Vec<Warning>,
     /// The figures that the drawing shows, largest first; the first is taken where the upload asks for no other.
     #[serde(default)]

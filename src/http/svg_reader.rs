@@ -8,7 +8,7 @@ use std::io::{self, BufRead, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use rustix::process::{Resource, Rlimit, setrlimit};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use serde::{Deserialize, Serialize};
 
 use crate::sketch::{Choice, Config, Imported, Refusal, from_svg};
@@ -67,6 +67,8 @@ pub fn read(program: &Path, svg: &[u8], wanted: Choice, config: &Config) -> io::
 /// Where the limits cannot be set, the question cannot be read or the answer not be written.
 pub fn serve(mut input: impl BufRead, mut output: impl Write) -> io::Result<()> {
     for (resource, most) in [(Resource::Cpu, MOST_SECONDS), (Resource::As, MOST_BYTES), (Resource::Core, 0)] {
+        // Whoever started the program may have set a lower one, which cannot be raised.
+        let most = getrlimit(resource).maximum.map_or(most, |set| set.min(most));
         setrlimit(resource, Rlimit { current: Some(most), maximum: Some(most) })?;
     }
     let (mut question, mut svg) = (String::new(), Vec::new());
