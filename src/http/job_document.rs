@@ -13,6 +13,15 @@ use crate::store::{Job, State};
 #[derive(Debug, Serialize, ToSchema)]
 pub struct MatchDocument {
     pub id: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The mesh and the sketch that are matched.
+    pub mesh: String,
+    pub sketch: String,
+    /// Every setting as used; not in lists and events.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<crate::pipeline::Settings>)]
+    pub request: Option<Value>,
     pub status: Status,
     pub progress: Progress,
     /// Which it is of the matches that wait, from 1, where it waits.
@@ -71,6 +80,10 @@ impl From<Job> for MatchDocument {
     fn from(job: Job) -> MatchDocument {
         let itself = path(&job.id);
         MatchDocument {
+            name: job.name,
+            mesh: job.mesh.unwrap_or_default(),
+            sketch: job.sketch.unwrap_or_default(),
+            request: None,
             status: job.state.into(),
             progress: Progress { stage: job.stage, fraction: job.fraction },
             place_in_queue: job.place,

@@ -44,6 +44,23 @@ pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     shaped(&mut tree).map_err(misshapen)
 }
 
+/// The value a JSON body stands for, and that of one of its members where it is an object, in whose place the first has an
+/// empty text.
+///
+/// # Errors
+/// As of [`parsed`].
+pub fn parsed_apart<T: DeserializeOwned, P: DeserializeOwned>(
+    bytes: &[u8],
+    member: &str,
+) -> Result<(T, Option<P>), Problem> {
+    let mut tree = tree(bytes)?;
+    let part = tree.get_mut(member).filter(|part| part.is_object());
+    let part = part.map(|part| std::mem::replace(part, Value::from("")));
+    let value = shaped(&mut tree).map_err(misshapen)?;
+    let part = part.map(|mut part| shaped(&mut part).map_err(|fault| misshapen(fault).below(&format!("/{member}"))));
+    Ok((value, part.transpose()?))
+}
+
 /// The value that a JSON object stands for, without a tree: for what may be long, and has no objects whose variants a tag
 /// tells apart.
 ///

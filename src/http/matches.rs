@@ -7,20 +7,24 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
 use tokio::time::{Instant, timeout_at};
+use utoipa::IntoParams;
 
 use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
+use super::inline_sketch::InlineSketch;
 use super::job_document::MatchDocument;
 use super::page::{Listing, PageQuery};
 use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::shapes::cursor_fault;
+use super::shapes::{self, cursor_fault};
 use super::{App, PREFERENCE_APPLIED, json, memory};
 use crate::alignment::standing::Up;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
+use crate::sketch::outline::OutlineRequest;
 use crate::store::{Job, JobKind, Kind, MEMORY, NewJob, Shape};
 
 const PATH: &str = "/v1/matches";
@@ -33,12 +37,23 @@ pub fn path(id: &str) -> String {
     format!("{PATH}/{id}")
 }
 
+/// What a match is asked for with beside its request.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct MatchQuery {
+    /// A name to list the match under.
+    #[param(max_length = 200)]
+    name: Option<String>,
+}
+
 /// Asks for a match.
 ///
-/// Only `mesh` and `sketch` are required. `Prefer: wait=N` (at most 60) answers a short match in the same response.
+/// Only `mesh` and `sketch` are required; the sketch may be drawn in the request itself and is then kept like one uploaded. `Prefer: wait=N` (at most 60) answers a short match in the same response.
 #[utoipa::path(
     post, path = "/v1/matches", operation_id = "create_match", tag = "matches",
     params(
+        MatchQuery,
         ("Prefer" = Option<String>, Header, description = "`wait=N`: seconds to wait for the end of the match"),
         ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key never makes a second match"),
     ),
@@ -50,20 +65,22 @@ pub fn path(id: &str) -> String {
 )]
 pub async fn create(
     State(app): State<App>,
+    Query(query): Query<MatchQuery>,
     key: IdempotencyKey,
     wait: Wait,
     body: JsonBody,
 ) -> Result<Response, Problem> {
+    let name = shapes::name(query.name, None)?;
     let body = Arc::new(body);
-    let printed = body.clone();
-    let print = app.off_runtime(move || fingerprint(&[&printed.bytes])).await?;
-    let request = submitted(&app, body, key.dedupe(&print));
+    let (printed, named) = (body.clone(), name.clone().unwrap_or_default());
+    let print = app.off_runtime(move || fingerprint(&[&printed.bytes, named.as_bytes()])).await?;
+    let request = submitted(&app, body, name, key.dedupe(&print));
     let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
     let id = location.trim_start_matches(PATH).trim_start_matches('/');
     let mut response = match finished(&app, id, patience).await? {
-        Some(job) => Answer::json(StatusCode::OK, Some(location), &MatchDocument::from(job))?.into_response(),
+        Some(job) => Answer::json(StatusCode::OK, Some(location), &described(&app, job).await?)?.into_response(),
         None => accepted(answer),
     };
     let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
@@ -72,42 +89,72 @@ pub async fn create(
 }
 
 /// Queues the match that `body` asks for.
-async fn submitted(app: &App, body: Arc<JsonBody>, dedupe: Option<String>) -> Result<Answer, Problem> {
+async fn submitted(
+    app: &App,
+    body: Arc<JsonBody>,
+    name: Option<String>,
+    dedupe: Option<String>,
+) -> Result<Answer, Problem> {
     let (memory, read) = (body.bytes.len().saturating_mul(json::MEMORY_OF_TREE), body.clone());
-    let request = app.with_memory(memory, move || json::parsed::<MatchRequest>(&read.bytes)).await??;
-    let (settings, payload) = payload(app, request).await?;
+    let read =
+        app.with_memory(memory, move || json::parsed_apart::<MatchRequest, OutlineRequest>(&read.bytes, "sketch"));
+    let (request, drawing) = read.await??;
+    let inline = match drawing {
+        Some(drawing) => Some(InlineSketch::of(app, drawing).await?),
+        None => None,
+    };
+    let (settings, payload) = payload(app, request, inline).await?;
     let job = NewJob {
         mesh: Some(&settings.mesh),
         sketch: Some(&settings.sketch),
+        name: name.as_deref(),
         dedupe: dedupe.as_deref(),
         taken_for: MEMORY,
         ..NewJob::of(JobKind::Match, &payload)
     };
     let job = app.queued(&job).await?;
-    Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &MatchDocument::from(job))
+    Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &described(app, job).await?)
 }
 
-/// The request with every value filled in, also in JSON, checked against the shapes it names.
+/// The request with every value filled in, also in JSON, checked against the shapes it names. A sketch within it is kept
+/// once nothing is found wrong.
 ///
 /// # Errors
 /// 422 with every fault found.
-async fn payload(app: &App, request: MatchRequest) -> Result<(Settings, String), Problem> {
+async fn payload(
+    app: &App,
+    request: MatchRequest,
+    inline: Option<InlineSketch>,
+) -> Result<(Settings, String), Problem> {
     let mut faults = Vec::new();
-    let sketch = named(app, Kind::Sketch, &request.sketch, &mut faults).await?;
+    let sketch = match &inline {
+        Some(inline) => Some(inline.sketch.mesh().positions().len()),
+        None => named(app, Kind::Sketch, &request.sketch, &mut faults).await?.as_ref().and_then(vertices),
+    };
     let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let up = mesh.as_ref().and_then(known_up);
-    let [sketch, mesh] = [sketch, mesh].map(|shape| shape.as_ref().and_then(vertices));
+    let mesh = mesh.as_ref().and_then(vertices);
     let budget = app.config.max_job_memory;
     let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
     if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
         settings.up.mesh.get_or_insert(Direction::Along(up));
     }
-    let faults = faults_on_shapes(app, &settings).await?;
+    let faults = faults_on_shapes(app, &settings, inline.as_ref()).await?;
     if !faults.is_empty() {
         return Err(unfit(faults));
     }
+    if let Some(inline) = inline {
+        settings.sketch = inline.kept(app).await?;
+    }
     let written = app.off_runtime(move || serde_json::to_string(&settings).map(|payload| (settings, payload)));
     written.await?.map_err(Problem::internal)
+}
+
+/// What is told of a match by itself: its request too.
+async fn described(app: &App, job: Job) -> Result<MatchDocument, Problem> {
+    let payload = app.store.payload(&job.id).await?;
+    let request = payload.map(|payload| serde_json::from_str(&payload)).transpose().map_err(Problem::internal)?;
+    Ok(MatchDocument { request, ..MatchDocument::from(job) })
 }
 
 /// 422: the shapes cannot be matched as asked.
@@ -140,12 +187,20 @@ fn settings(
 }
 
 /// What is wrong with landmarks, components and labels, for which the shapes themselves are looked at.
-async fn faults_on_shapes(app: &App, settings: &Settings) -> Result<Vec<Fault>, Problem> {
+async fn faults_on_shapes(
+    app: &App,
+    settings: &Settings,
+    inline: Option<&InlineSketch>,
+) -> Result<Vec<Fault>, Problem> {
     let labelled = matches!(settings.regions, Regions::Given { .. });
     if settings.landmarks.is_empty() && settings.components.is_none() && !labelled {
         return Ok(Vec::new());
     }
-    let (sketch, mesh) = (app.store.sketch(&settings.sketch).await?, app.store.mesh(&settings.mesh).await?);
+    let sketch = match inline {
+        Some(inline) => Some(inline.sketch.clone()),
+        None => app.store.sketch(&settings.sketch).await?,
+    };
+    let mesh = app.store.mesh(&settings.mesh).await?;
     let (Some(sketch), Some(mesh)) = (sketch, mesh) else { return Ok(Vec::new()) };
     let settings = settings.clone();
     let faults = app.off_runtime(move || pipeline::faults_on_shapes(&settings, &sketch, &mesh)).await?;
@@ -213,7 +268,8 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     responses((status = 200, description = "the match", body = MatchDocument)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
-    Ok(Json(found(&app, &id).await?.into()))
+    let job = found(&app, &id).await?;
+    Ok(Json(described(&app, job).await?))
 }
 
 /// Cancels a match that is queued or running, deletes one that is finished.
@@ -228,7 +284,7 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
     let job = found(&app, &id).await?;
     if !job.state.finished() {
         let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
-        return Ok(Json(MatchDocument::from(job)).into_response());
+        return Ok(Json(described(&app, job).await?).into_response());
     }
     app.store.delete(&id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())
@@ -242,7 +298,7 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
 pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
     found(&app, &id).await?;
     let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
-    Ok(Json(job.into()))
+    Ok(Json(described(&app, job).await?))
 }
 
 /// The match of this id.

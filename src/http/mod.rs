@@ -11,6 +11,7 @@ mod geometry;
 mod health;
 mod host;
 mod idempotency;
+mod inline_sketch;
 mod job_document;
 pub mod json;
 mod matches;

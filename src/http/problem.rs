@@ -143,6 +143,14 @@ impl Problem {
         Problem { retry_after: Some(seconds), ..self }
     }
 
+    /// The same problem of a value that stands at a pointer of a larger one.
+    pub fn below(mut self, at: &str) -> Problem {
+        for fault in &mut self.errors {
+            fault.pointer = fault.pointer.take().map(|pointer| format!("{at}{pointer}"));
+        }
+        self
+    }
+
     /// The problem a job that failed left behind.
     pub fn of_job(error: Option<&Value>) -> Problem {
         let text = |field: &str| error.and_then(|error| error.get(field)?.as_str()).map(str::to_owned);

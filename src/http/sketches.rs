@@ -215,14 +215,14 @@ pub fn imported(
     imported.map_err(refused)
 }
 
-fn measured(sketch: &Sketch, warnings: Vec<Warning>, figures: Vec<SeenFigure>) -> SketchMeasures {
+pub(super) fn measured(sketch: &Sketch, warnings: Vec<Warning>, figures: Vec<SeenFigure>) -> SketchMeasures {
     let mesh = sketch.mesh();
     let (vertices, triangles) = (mesh.positions().len(), mesh.triangles().len());
     SketchMeasures { vertices, triangles, area: mesh.area(), warnings, figures }
 }
 
 /// The problem of a drawing that is not taken.
-fn refused(refusal: Refusal) -> Problem {
+pub(super) fn refused(refusal: Refusal) -> Problem {
     let faults = refusal.faults.into_iter().map(|fault| Fault {
         place: fault.point.map(|[x, y]| format!("point ({x}, {y})")),
         pointer: fault.pointer,

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use utoipa::openapi::Ref;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Type};
 
 use crate::functional_map::{regulariser::Regulariser, weights::Weights};
@@ -14,7 +15,8 @@ use crate::spectral::Boundary;
 pub struct MatchRequest {
     /// Id of an uploaded mesh.
     pub mesh: String,
-    /// Id of an uploaded sketch.
+    /// Id of an uploaded sketch; over HTTP also the drawing itself.
+    #[schema(schema_with = sketch_schema)]
     pub sketch: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
@@ -46,6 +48,13 @@ pub struct MatchRequest {
     pub conversion: Option<Conversion>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<Refinement>,
+}
+
+/// The schema of an id or a drawing: the service takes the drawing apart before it reads the request.
+fn sketch_schema() -> OneOfBuilder {
+    let id = ObjectBuilder::new().schema_type(Type::String);
+    let description = "Id of an uploaded sketch, or the drawing itself.";
+    OneOfBuilder::new().description(Some(description)).item(id).item(Ref::from_schema_name("OutlineRequest"))
 }
 
 /// Where the values come from that a request does not name.

@@ -79,6 +79,11 @@ pub struct Job {
     /// The name under which no other job is queued until this one has ended.
     pub dedupe: Option<String>,
     pub state: State,
+    /// What it is called by who asked for it.
+    pub name: Option<String>,
+    /// The shapes it needs.
+    pub mesh: Option<String>,
+    pub sketch: Option<String>,
     /// Which it is of those of its kind that wait, from 1; nothing where it does not wait.
     pub place: Option<i64>,
     /// How often it was claimed, and the token that fences off those who claimed it earlier.
@@ -97,7 +102,7 @@ pub struct Job {
 
 impl Job {
     /// What is read of a row: all but the payload, which may be large and is the worker's alone.
-    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
+    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
          CASE WHEN state = 'queued' THEN (SELECT count(*) FROM jobs AS ahead WHERE ahead.state = 'queued' \
          AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
 
@@ -115,6 +120,9 @@ impl<'r> FromRow<'r, AnyRow> for Job {
             kind: JobKind::named(row.try_get("kind")?).ok_or_else(|| unknown("kind"))?,
             dedupe: row.try_get("dedupe")?,
             state: State::named(row.try_get("state")?).ok_or_else(|| unknown("state"))?,
+            name: row.try_get("name")?,
+            mesh: row.try_get("mesh")?,
+            sketch: row.try_get("sketch")?,
             place: row.try_get("place")?,
             attempt: row.try_get("attempt")?,
             stage: row.try_get("stage")?,
@@ -141,6 +149,8 @@ pub struct NewJob<'a> {
     /// The shapes it needs, which have to be there.
     pub mesh: Option<&'a str>,
     pub sketch: Option<&'a str>,
+    /// What it is called by who asked for it.
+    pub name: Option<&'a str>,
     /// A name that no other unfinished job has.
     pub dedupe: Option<&'a str>,
     /// For how long the name is taken, whatever becomes of the job.
@@ -150,7 +160,7 @@ pub struct NewJob<'a> {
 impl<'a> NewJob<'a> {
     /// A job that needs no shape and has no name.
     pub const fn of(kind: JobKind, payload: &'a str) -> NewJob<'a> {
-        NewJob { kind, payload, mesh: None, sketch: None, dedupe: None, taken_for: Duration::ZERO }
+        NewJob { kind, payload, mesh: None, sketch: None, name: None, dedupe: None, taken_for: Duration::ZERO }
     }
 }
 

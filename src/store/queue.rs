@@ -40,10 +40,10 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn submit(&self, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
-        let NewJob { kind, payload, mesh, sketch, dedupe, taken_for } = *job;
+        let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for } = *job;
         let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
-        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, state, created_ms) \
-                      SELECT $1, $2, $3, $4, $5, $6, 'queued', now_ms FROM clock \
+        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, state, created_ms) \
+                      SELECT $1, $2, $3, $4, $5, $6, $10, 'queued', now_ms FROM clock \
                       WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
                       AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
                       AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5)) \
@@ -53,7 +53,7 @@ impl Store {
         let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
         let query =
             sqlx::query(insert).bind(&id).bind(kind.as_str()).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
-        let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms);
+        let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
         if query.execute(&self.pool).await?.rows_affected() == 1 {
             self.changes.tell_of_queue();
             return Ok(self.job(&id).await?.map_or(Submitted::Gone, Submitted::Taken));
@@ -67,6 +67,15 @@ impl Store {
                      AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2))";
         let there: i64 = sqlx::query_scalar(there).bind(mesh).bind(sketch).fetch_one(&self.pool).await?;
         Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
+    }
+
+    /// What a job does, in JSON, if there is such a job.
+    ///
+    /// # Errors
+    /// What the database said.
+    pub async fn payload(&self, id: &str) -> Result<Option<String>, StoreError> {
+        let sql = "SELECT payload FROM jobs WHERE id = $1";
+        Ok(sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?)
     }
 
     /// The job of this name that is unfinished or younger than `taken_ms`.

@@ -201,3 +201,41 @@ async fn matches_are_listed_in_pages() {
     ids.sort();
     assert_eq!(listed, ids);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_match_says_what_it_is_of() {
+    let server = Server::idle(Config::default()).await;
+    let (mesh, sketch) = (server.mesh().await, server.sketch().await);
+    let request = json!({"mesh": mesh, "sketch": sketch, "preset": "thesis"});
+    let asked = json_of(server.post("/v1/matches?name=a%20cat").json(&request).send().await.unwrap(), 202).await;
+    assert_eq!((&asked["name"], &asked["mesh"], &asked["sketch"]), (&json!("a cat"), &json!(mesh), &json!(sketch)));
+    assert_eq!((&asked["request"]["preset"], &asked["request"]["basis"]["k"]), (&json!("thesis"), &json!(20)));
+    assert_eq!(server.read(asked["links"]["self"].as_str().unwrap()).await, asked);
+    let listed = &server.read("/v1/matches").await["items"][0];
+    assert_eq!((&listed["name"], listed.get("request")), (&json!("a cat"), None));
+    let endless = server.post(&format!("/v1/matches?name={}", "n".repeat(201))).json(&request).send().await.unwrap();
+    assert_eq!(problem_of(endless, 422).await["errors"][0]["place"], "query parameter name");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_sketch_may_be_drawn_in_the_request() {
+    let server = Server::idle(Config::default()).await;
+    let request =
+        |drawing: Value, mesh: &str| server.post("/v1/matches").json(&json!({"mesh": mesh, "sketch": drawing}));
+    let drawing = crate::drawings::ellipse();
+    let refused = problem_of(request(drawing.clone(), "mesh_0").send().await.unwrap(), 422).await;
+    assert_eq!(refused["errors"][0]["pointer"], "/mesh");
+    let mesh = server.mesh().await;
+    for (drawing, pointer) in [
+        (json!({"outline": [[0, 0], [1, 0]]}), "/sketch/outline"),
+        (json!({"outline": [[0, 0], [1, "0"], [0, 1]]}), "/sketch/outline/1/1"),
+        (json!({}), "/sketch/outline"),
+    ] {
+        let refused = problem_of(request(drawing, &mesh).send().await.unwrap(), 422).await;
+        assert_eq!(refused["errors"][0]["pointer"], pointer);
+    }
+    assert_eq!(server.read("/v1/sketches").await["items"], json!([]), "a refused request leaves nothing");
+    let asked = json_of(request(drawing, &mesh).send().await.unwrap(), 202).await;
+    let sketch = server.read(&format!("/v1/sketches/{}", asked["sketch"].as_str().unwrap())).await;
+    assert_eq!(asked["request"]["sketch"], sketch["id"]);
+}

@@ -1,0 +1,48 @@
+//! A sketch that comes within the request for its match.
+
+use bytes::Bytes;
+use serde_json::Value;
+
+use super::App;
+use super::problem::Problem;
+use super::sketches::{Drawn, measured, refused};
+use crate::sketch::outline::OutlineRequest;
+use crate::sketch::{Config, Imported, Sketch, from_outline};
+use crate::store::Source;
+
+/// A sketch that is read and not kept yet.
+pub struct InlineSketch {
+    pub sketch: Sketch,
+    source: Source,
+    /// What is told of it.
+    body: Value,
+}
+
+impl InlineSketch {
+    /// The sketch of a drawing that stands at the member `sketch` of a request.
+    ///
+    /// # Errors
+    /// 422 with every fault of a drawing that cannot be matched.
+    pub async fn of(app: &App, drawing: OutlineRequest) -> Result<InlineSketch, Problem> {
+        app.off_runtime(move || InlineSketch::read(drawing)).await?
+    }
+
+    fn read(request: OutlineRequest) -> Result<InlineSketch, Problem> {
+        let bytes: Bytes = serde_json::to_vec(&request).map_err(Problem::internal)?.into();
+        let (drawing, vertices) = request.into_parts();
+        let imported = from_outline(&drawing, vertices, &Config::default());
+        let Imported { sketch, warnings, figures } = imported.map_err(|refusal| refused(refusal).below("/sketch"))?;
+        let body = serde_json::to_value(measured(&sketch, warnings, figures)).map_err(Problem::internal)?;
+        let source = Source { bytes, media_type: Drawn::Outline.media_type().to_owned(), parameters: String::new() };
+        Ok(InlineSketch { sketch, source, body })
+    }
+
+    /// Keeps the sketch as if it had been uploaded by itself, and returns its id.
+    ///
+    /// # Errors
+    /// What the store said.
+    pub async fn kept(self, app: &App) -> Result<String, Problem> {
+        let (shape, _) = app.store.insert_sketch(self.sketch, self.source, None, self.body).await?;
+        Ok(shape.id)
+    }
+}
