@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use super::Unreadable;
 use crate::sketch::outline::OutlineRequest;
-use crate::sketch::{self, Config, DEFAULT_TARGET_VERTICES, Sketch};
+use crate::sketch::{self, Choice, Config, DEFAULT_TARGET_VERTICES, Sketch};
 
 /// A sketch, a mesh, and what is known of how they correspond.
 pub struct Case {
@@ -123,15 +123,16 @@ impl Case {
     /// The drawing, read as the service reads it.
     pub(super) fn sketch(&self) -> Result<Sketch, Unreadable> {
         let bytes = fs::read(&self.drawing).map_err(|error| Unreadable::new(&self.drawing, error))?;
-        let (config, vertices) = (Config::default(), DEFAULT_TARGET_VERTICES);
+        let config = Config::default();
+        let wanted = Choice { vertices: DEFAULT_TARGET_VERTICES, figure: 0 };
         let imported = match self.media_type.as_str() {
             "application/json" => {
                 let request: OutlineRequest =
                     serde_json::from_slice(&bytes).map_err(|error| Unreadable::new(&self.drawing, error))?;
-                sketch::from_outline(&request.into_parts().0, vertices, &config)
+                sketch::from_outline(&request.into_parts().0, wanted.vertices, &config)
             }
-            "image/svg+xml" => sketch::from_svg(&bytes, vertices, &config),
-            _ => sketch::from_picture(&bytes, vertices, &config),
+            "image/svg+xml" => sketch::from_svg(&bytes, wanted, &config),
+            _ => sketch::from_picture(&bytes, wanted, &config),
         };
         Ok(imported.map_err(|refusal| Unreadable::new(&self.drawing, refusal))?.sketch)
     }
