@@ -3,9 +3,9 @@
 use super::colour::Colour;
 use super::drawing;
 use super::figure::{Figure, Placement, Window};
-use super::normals::vertex_normals;
 use super::scene::Bounds;
 use crate::alignment::frame::{Frame, unit};
+use crate::mesh::normals::vertex_normals;
 use crate::mesh::{TriangleMesh, cross};
 
 /// The view of a mesh of which nothing is known: y up, from its front right and a little above.
