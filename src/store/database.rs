@@ -58,6 +58,7 @@ fn migrator() -> Migrator {
         (2, "jobs by key", include_str!("../../migrations/sqlite/0002_jobs_by_key.sql")),
         (3, "uploads", include_str!("../../migrations/sqlite/0003_uploads.sql")),
         (4, "jobs by shape", include_str!("../../migrations/sqlite/0004_jobs_by_shape.sql")),
+        (5, "names of jobs", include_str!("../../migrations/sqlite/0005_names_of_jobs.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)
