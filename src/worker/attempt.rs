@@ -53,6 +53,7 @@ async fn carry_out(bench: &Arc<Bench>, lease: &Lease) -> Ended {
                 taken_away = if begun.elapsed() < bench.longest_job {
                     report::beaten(&bench.store, lease, &progress).await
                 } else {
+                    progress.stop();
                     let overdue = Err(Failure::overdue(bench.longest_job));
                     Some(report::until_told(bench, lease, &progress, &overdue).await)
                 };
