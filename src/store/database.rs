@@ -79,3 +79,16 @@ pub(super) mod testing {
         pool
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn every_migration_there_is_is_carried_out() {
+        let files = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/migrations/sqlite")).unwrap().count();
+        assert_eq!(migrator().migrations.len(), files);
+    }
+}
