@@ -5,7 +5,7 @@ use std::fmt::Write;
 use image::ImageError;
 use resvg::tiny_skia::{PixmapMut, Transform};
 
-use super::png;
+use super::png::encoded;
 use crate::mesh::edges::Edges;
 use crate::sketch::{Canvas, Sketch, Warning, WarningCode, YAxis};
 
@@ -169,7 +169,7 @@ fn colour(code: WarningCode) -> &'static str {
 pub fn svg(read: &Read<'_>, width: u32) -> Result<String, ImageError> {
     let view = read.view(width);
     let [width, height] = view.size;
-    let file = png::encoded(width, height, read.faded(&view))?;
+    let file = encoded(width, height, read.faded(&view))?;
     Ok(read.document(&view, &super::svg::embedded(&file, [0, 0, width, height])))
 }
 
@@ -185,7 +185,7 @@ pub fn png(read: &Read<'_>, width: u32) -> Result<Vec<u8>, ImageError> {
     if let (Ok(drawn), Some(mut pixmap)) = (drawn, PixmapMut::from_bytes(&mut pixels, width, height)) {
         resvg::render(&drawn, Transform::identity(), &mut pixmap);
     }
-    png::encoded(width, height, pixels.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]))
+    encoded(width, height, pixels.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]))
 }
 
 #[cfg(test)]
