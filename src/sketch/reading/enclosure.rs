@@ -100,8 +100,8 @@ pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> 
     let mut limbs = Bitmap::new(ink.width(), ink.height());
     if lines.thin.area() as f64 >= LINES * ink.area() as f64 {
         // What is left of a hand or a foot whose line is open is too narrow for the discs that found the rest.
-        let (radius, room) = (0.5 * NARROW_GAP * size, 0.25 * lines.pen);
-        gaps.extend(lines.close(&mut area, &holes, &lines.loose(&area), radius, room));
+        let (loose, radius, room) = (lines.loose(&area), 0.5 * NARROW_GAP * size, 0.25 * lines.pen);
+        gaps.extend(lines.close(&mut area, &holes, &loose, radius, room));
         limbs = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
     }
     let rim = outlining_pen(&area.or(&holes), dark, size).map_or(0.0, |pen| 0.5 * pen);
