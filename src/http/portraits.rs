@@ -10,8 +10,11 @@ use utoipa::IntoParams;
 use super::pictures::{PictureFormat, SVG, wanted, width};
 use super::problem::Problem;
 use super::query::{Id, Query};
+use super::sketches::SketchMeasures;
 use super::{App, shapes};
-use crate::picture;
+use crate::picture::{self, reading};
+use crate::sketch::{Canvas, Config, canvas_of_picture, canvas_of_svg};
+use crate::store::{Kind, SourceFile};
 
 /// The width of the picture of a shape where nobody asks for another, in pixels.
 const WIDTH: u32 = 400;
@@ -51,4 +54,45 @@ pub async fn of_mesh(
         _ => picture::mesh_png(mesh.sound(), width).map(Bytes::from),
     };
     wanted.made_of(&app, id.into(), format!("portrait {width}")).await?.answer(&app, draw).await
+}
+
+/// Answers what was read of a drawing: the drawing faded, over it the triangles and the outline of the figure, and a mark
+/// for every warning that has a place.
+#[utoipa::path(
+    get, path = "/v1/sketches/{id}/picture", operation_id = "draw_sketch", tag = "sketches",
+    params(("id" = String, Path), PortraitQuery),
+    responses(
+        (status = 200, description = "the picture", content(("image/png"), ("image/svg+xml"), ("application/octet-stream"))),
+        (status = 304, description = "unchanged"),
+    ),
+)]
+pub async fn of_sketch(
+    State(app): State<App>,
+    Id(id): Id,
+    Query(query): Query<PortraitQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
+    let known = shapes::known::<SketchMeasures>(&app, Kind::Sketch, &id).await?;
+    let sketch = shapes::sketch(&app, &id).await?;
+    let file = app.store.file(Kind::Sketch, &id).await?;
+    let draw = move |media_type| {
+        let canvas = file.and_then(|file| canvas(&file));
+        let read = reading::Read { canvas: canvas.as_ref(), sketch: &sketch, warnings: &known.measures.warnings };
+        match media_type {
+            SVG => reading::svg(&read, width).map(Bytes::from),
+            _ => reading::png(&read, width).map(Bytes::from),
+        }
+    };
+    wanted.answer(&app, draw).await
+}
+
+/// What is seen of the file of a sketch; nothing where it is no picture.
+fn canvas(file: &SourceFile) -> Option<Canvas> {
+    let config = Config::default();
+    match file.media_type.as_str() {
+        "image/svg+xml" => canvas_of_svg(&file.bytes, &config).ok(),
+        "image/png" | "image/jpeg" => canvas_of_picture(&file.bytes, &config).ok(),
+        _ => None,
+    }
 }

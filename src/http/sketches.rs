@@ -34,7 +34,7 @@ pub struct SketchMeasures {
     area: f64,
     /// What was mended, and what is to be known.
     #[serde(deserialize_with = "shapes::known_warnings")]
-    warnings: Vec<Warning>,
+    pub(super) warnings: Vec<Warning>,
     /// The figures that the drawing shows, largest first; the first is taken where the upload asks for no other.
     #[serde(default)]
     figures: Vec<SeenFigure>,

@@ -14,6 +14,7 @@ mod palette;
 mod png;
 mod portrait;
 mod raster;
+pub mod reading;
 mod scene;
 mod surface;
 mod svg;

@@ -23,7 +23,7 @@ use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::largest_component;
 use outline::{Drawing, Figure};
 use reading::Reading;
-use reading::canvas::Canvas;
+pub use reading::canvas::Canvas;
 pub use refusal::{Fault, Refusal, Warning, WarningCode};
 
 /// Vertices of a sketch where the request names no number.
@@ -222,6 +222,22 @@ fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Con
     let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
     warnings.extend(given_up);
     Ok(Imported { sketch, warnings, figures })
+}
+
+/// What a viewer sees of an SVG document.
+///
+/// # Errors
+/// A document that cannot be read or is too large.
+pub fn canvas_of_svg(bytes: &[u8], config: &Config) -> Result<Canvas, Refusal> {
+    svg::canvas(bytes, config).map(|(canvas, _)| canvas)
+}
+
+/// What a viewer sees of a PNG or JPEG picture.
+///
+/// # Errors
+/// A picture that cannot be read or is too large.
+pub fn canvas_of_picture(bytes: &[u8], config: &Config) -> Result<Canvas, Refusal> {
+    picture::canvas(bytes, config)
 }
 
 /// Bytes of memory that reading a picture takes at its peak, about, by its header; none where that is refused.

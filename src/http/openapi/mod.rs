@@ -41,6 +41,7 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(meshes::components))
         .routes(routes!(geometry::of_mesh))
         .routes(routes!(portraits::of_mesh))
+        .routes(routes!(portraits::of_sketch))
         .routes(routes!(spectra::of_mesh))
         .routes(routes!(sketches::upload, sketches::list))
         .routes(routes!(sketches::read, sketches::rename, sketches::delete))

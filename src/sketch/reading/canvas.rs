@@ -19,7 +19,7 @@ const ROOM: usize = 16;
 
 /// An upload as pixels, and where they lie in it.
 #[derive(Clone, Debug)]
-pub(crate) struct Canvas {
+pub struct Canvas {
     pub width: usize,
     pub height: usize,
     /// Red, green, blue and opacity, row by row, the colours not multiplied by the opacity.

@@ -57,6 +57,9 @@ const STICKS: f64 = 0.5;
 /// Share of the line round an area that encloses nothing else from which on the line is there for this area.
 const NEW_LINE: f64 = 0.25;
 
+/// Share of the ink that encloses nothing where all but a wide gap is closed.
+const STILL_LOOSE: f64 = 0.25;
+
 /// Width of a limb that is drawn as a line, in parts of the drawing's size.
 const LIMB: f64 = 0.035;
 
@@ -89,46 +92,21 @@ struct Lines<'a> {
 /// The gap through which a line that should enclose the figure is open.
 pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> {
     let lines = Lines::of(ink, size);
-    let (mut area, true_holes) = lines.with_insides();
-    let mut gaps = Vec::new();
-    let mut loose = lines.loose(&area);
-    let widest = 0.5 * WIDE_GAPS[1] * size;
-    let is_closed = lines.pockets(&area.or(&true_holes), &loose, widest, lines.room(0.0)).is_empty();
-    for gap in GAPS {
-        if is_closed || loose.area() as f64 <= LOOSE * ink.area() as f64 {
-            break;
-        }
-        for (pocket, gap) in
-            lines.pockets(&area.or(&true_holes), &loose, 0.5 * gap * size, lines.room(0.5 * gap * size))
-        {
-            area = area.or(&pocket);
-            gaps.push(gap);
-        }
-        loose = lines.loose(&area);
+    let (mut area, holes) = lines.with_insides();
+    let mut gaps = lines.close_gaps(&mut area, &holes);
+    if let Some(gap) = lines.wide_gap(&area, &holes) {
+        return Err(gap);
     }
-    if loose.area() as f64 > STICKS * ink.area() as f64 {
-        for gap in WIDE_GAPS {
-            let pockets = lines.pockets(&area.or(&true_holes), &loose, 0.5 * gap * size, lines.room(0.5 * gap * size));
-            let Some(&(_, gap)) = pockets.first() else { continue };
-            let enclosed = pockets.iter().fold(area.clone(), |area, (pocket, _)| area.or(pocket));
-            if lines.loose(&enclosed).area() as f64 <= 0.25 * ink.area() as f64 {
-                return Err(gap);
-            }
-        }
-    }
+    let mut limbs = Bitmap::new(ink.width(), ink.height());
     if lines.thin.area() as f64 >= LINES * ink.area() as f64 {
         // What is left of a hand or a foot whose line is open is too narrow for the discs that found the rest.
-        for (pocket, gap) in lines.pockets(&area.or(&true_holes), &loose, 0.5 * NARROW_GAP * size, 0.25 * lines.pen) {
-            area = area.or(&pocket);
-            gaps.push(gap);
-        }
-        loose = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
-    } else {
-        loose = Bitmap::new(ink.width(), ink.height());
+        let (loose, radius, room) = (lines.loose(&area), 0.5 * NARROW_GAP * size, 0.25 * lines.pen);
+        gaps.extend(lines.close(&mut area, &holes, &loose, radius, room));
+        limbs = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
     }
-    let rim = outlining_pen(&area.or(&true_holes), dark, size).map_or(0.0, |pen| 0.5 * pen);
+    let rim = outlining_pen(&area.or(&holes), dark, size).map_or(0.0, |pen| 0.5 * pen);
     let area = if rim > 0.0 { to_mid_line(&area, rim) } else { area };
-    Ok(Body { area: area.or(&loose).without(&true_holes), gaps, limbs: loose, rim })
+    Ok(Body { area: area.or(&limbs).without(&holes), gaps, limbs, rim })
 }
 
 /// An area without the outer half of the line round it, which is so wide; what is hardly wider than the line stays.
@@ -185,6 +163,51 @@ impl<'a> Lines<'a> {
         let loose = self.thin.without(&dilated(&thick, self.pen + 1.0));
         let least = LINE * self.pen * self.pen;
         parts(&loose, least as usize).iter().fold(Bitmap::new(loose.width(), loose.height()), |all, part| all.or(part))
+    }
+
+    /// Adds to the area what is enclosed when gaps are closed, narrow ones first, until little of the line is loose.
+    fn close_gaps(&self, area: &mut Bitmap, holes: &Bitmap) -> Vec<Gap> {
+        let is_little = |loose: &Bitmap| loose.area() as f64 <= LOOSE * self.ink.area() as f64;
+        let mut loose = self.loose(area);
+        let mut gaps = Vec::new();
+        let widest = 0.5 * WIDE_GAPS[1] * self.size;
+        if is_little(&loose) || self.pockets(&area.or(holes), &loose, widest, self.room(0.0)).is_empty() {
+            return gaps;
+        }
+        for gap in GAPS {
+            let radius = 0.5 * gap * self.size;
+            gaps.extend(self.close(area, holes, &loose, radius, self.room(radius)));
+            loose = self.loose(area);
+            if is_little(&loose) {
+                break;
+            }
+        }
+        gaps
+    }
+
+    /// Adds the pockets of a radius to the area; their gaps.
+    fn close(&self, area: &mut Bitmap, holes: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<Gap> {
+        let pockets = self.pockets(&area.or(holes), loose, radius, room);
+        let add = |(pocket, gap): (Bitmap, Gap)| {
+            *area = area.or(&pocket);
+            gap
+        };
+        pockets.into_iter().map(add).collect()
+    }
+
+    /// The gap through which a line is open that encloses the figure but for it.
+    fn wide_gap(&self, area: &Bitmap, holes: &Bitmap) -> Option<Gap> {
+        let loose = self.loose(area);
+        if loose.area() as f64 <= STICKS * self.ink.area() as f64 {
+            return None;
+        }
+        WIDE_GAPS.into_iter().find_map(|gap| {
+            let radius = 0.5 * gap * self.size;
+            let pockets = self.pockets(&area.or(holes), &loose, radius, self.room(radius));
+            let enclosed = pockets.iter().fold(area.clone(), |area, (pocket, _)| area.or(pocket));
+            let is_closed = self.loose(&enclosed).area() as f64 <= STILL_LOOSE * self.ink.area() as f64;
+            pockets.first().filter(|_| is_closed).map(|&(_, gap)| gap)
+        })
     }
 
     /// What a pocket has room for, if not just the disc that closes gaps fills a corner there.

@@ -9,6 +9,9 @@ use crate::raster::neighbourhood::dilated;
 /// Parts of less than this share of the largest are specks.
 const SPECK: f64 = 0.003;
 
+/// Most parts of a drawing that are looked at, largest first.
+const MOST_PARTS: usize = 24;
+
 /// A part is joined over a gap of this part of the drawing's size however large both are: a white line.
 const WHITE_LINE: f64 = 0.03;
 
@@ -41,6 +44,7 @@ pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
     let mut rest = parts(area, 1);
     let least = SPECK * rest.first().map_or(0, Bitmap::area) as f64;
     rest.retain(|part| part.area() as f64 >= least);
+    rest.truncate(MOST_PARTS);
     let mut figures = Vec::new();
     while !rest.is_empty() {
         let seed = rest.remove(0);
@@ -59,8 +63,7 @@ pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
 impl Figure {
     /// Takes out of `rest` what belongs to the figure, nearest first.
     fn join(&mut self, rest: &mut Vec<Bitmap>, size: f64, rim: f64) {
-        let mut nearest: Vec<f64>;
-        loop {
+        while !rest.is_empty() {
             let width = self.area.width();
             let distances = squared(&self.area);
             let gap = |part: &Bitmap| {
@@ -69,7 +72,7 @@ impl Figure {
                     runs.map(|(y, run)| distances[y * width..][run].iter().copied().fold(f32::INFINITY, f32::min));
                 f64::from(least.fold(f32::INFINITY, f32::min)).sqrt()
             };
-            nearest = rest.iter().map(gap).collect();
+            let nearest: Vec<f64> = rest.iter().map(gap).collect();
             let mut order: Vec<usize> = (0..rest.len()).collect();
             order.sort_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
             let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * rim, size)) else {
