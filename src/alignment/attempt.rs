@@ -41,6 +41,14 @@ pub(super) struct Attempt {
     pub terms: Terms,
 }
 
+/// A mesh in a pose, and a view of it.
+struct Shown {
+    view: View,
+    kind: Kind,
+    moves: Vec<Move>,
+    positions: Vec<[f64; 3]>,
+}
+
 impl Attempt {
     /// The sketch on the candidate's view of the mesh as it is.
     pub fn on(scene: &Scene<'_>, candidate: Candidate, landmarks: &Landmarks) -> Result<Attempt, AlignmentError> {
@@ -58,20 +66,12 @@ impl Attempt {
         let Candidate { view, kind, differences, warp } = candidate;
         let laying = laid(scene.shape, &view, &differences, &warp, &[])?;
         let map = lifted(scene.mesh, &positions, &view.frame, &laying.positions);
-        Ok(Attempt::of(scene, view, kind, moves, positions, laying, map, landmarks))
+        Ok(Attempt::of(scene, Shown { view, kind, moves, positions }, laying, map, landmarks))
     }
 
     /// The attempt that consists of these, judged.
-    fn of(
-        scene: &Scene<'_>,
-        view: View,
-        kind: Kind,
-        moves: Vec<Move>,
-        positions: Vec<[f64; 3]>,
-        laying: Laying,
-        map: Vec<u32>,
-        landmarks: &Landmarks,
-    ) -> Attempt {
+    fn of(scene: &Scene<'_>, shown: Shown, laying: Laying, map: Vec<u32>, landmarks: &Landmarks) -> Attempt {
+        let Shown { view, kind, moves, positions } = shown;
         let distortion = distortion(scene.shape, &scene.mesh.distances, &map);
         let astray = landmarks.astray(scene.mesh, &map);
         let terms = terms(scene, &view, kind, &moves, &laying, &map, distortion.mean);
@@ -143,8 +143,9 @@ impl Attempt {
             for laying in &layings {
                 let laying = if turned { laying.turned_round() } else { laying.clone() };
                 let map: Vec<u32> = laying.positions.iter().map(|&place| visible.vertex(place)).collect();
-                let (view, moves, positions) = (view.clone(), moves.clone(), positions.clone());
-                attempts.push(Attempt::of(scene, view, self.kind, moves, positions, laying, map, landmarks));
+                let (moves, positions) = (moves.clone(), positions.clone());
+                let shown = Shown { view: view.clone(), kind: self.kind, moves, positions };
+                attempts.push(Attempt::of(scene, shown, laying, map, landmarks));
             }
         }
         Ok(attempts)
@@ -153,7 +154,7 @@ impl Attempt {
     /// The attempt with another map.
     pub fn answering(self, scene: &Scene<'_>, landmarks: &Landmarks, map: Vec<u32>) -> Attempt {
         let Attempt { view, kind, moves, positions, laying, .. } = self;
-        Attempt::of(scene, view, kind, moves, positions, laying, map, landmarks)
+        Attempt::of(scene, Shown { view, kind, moves, positions }, laying, map, landmarks)
     }
 
     /// The sketch laid on a view without the landmarks, with the contours led by them, and pinned to them besides.

@@ -52,4 +52,4 @@ impl Terms {
 }
 
 /// What each weighs, in the order of the values; the outlines' cost is the unit.
-pub const WEIGHTS: [f64; 9] = [1.0, 1.0, 0.01, 0.005, 0.02, 0.1, 0.2, 0.03, 0.2];
+pub const WEIGHTS: [f64; 9] = [1.0, 1.4, 0.01, 0.015, 0.03, 0.08, 0.05, 0.06, 0.25];
