@@ -228,7 +228,7 @@ impl App {
             JobKind::Spectrum => queue.div_ceil(2),
         };
         match self.store.submit(job, Places { queue, of_kind }).await? {
-            Submitted::Taken(job) => Ok(job),
+            Submitted::Taken(job) => Ok(*job),
             Submitted::Full => Err(Problem::busy("the queue is full", 10)),
             Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
         }

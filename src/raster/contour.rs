@@ -130,10 +130,7 @@ mod tests {
     fn a_line_passes_where_half_of_a_pixel_is_covered() {
         let mut figure = Bitmap::new(5, 5);
         (1..4).for_each(|y| figure.fill(y, 1, 4, true));
-        let mut shares = vec![0; 25];
-        for i in 0..25 {
-            shares[i] = if figure.get(i % 5, i / 5) { 255 } else { 0 };
-        }
+        let mut shares: Vec<u8> = (0..25).map(|i| if figure.get(i % 5, i / 5) { 255 } else { 0 }).collect();
         // The last column of the figure is covered by three quarters.
         (1..4).for_each(|y| shares[y * 5 + 3] = 191);
         let ring = &Covered { figure: &figure, shares: &shares }.rings(100).unwrap()[0];

@@ -177,7 +177,7 @@ pub struct Places {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Submitted {
     /// It waits, or the job of this name that was there before stands for it.
-    Taken(Job),
+    Taken(Box<Job>),
     /// No place is free.
     Full,
     /// A shape it needs is not there.

@@ -56,12 +56,12 @@ impl Store {
         let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
         if query.execute(&self.pool).await?.rows_affected() == 1 {
             self.changes.tell_of_queue();
-            return Ok(self.job(&id).await?.map_or(Submitted::Gone, Submitted::Taken));
+            return Ok(self.job(&id).await?.map_or(Submitted::Gone, |job| Submitted::Taken(Box::new(job))));
         }
         if let Some(name) = dedupe
             && let Some(same) = self.named(name, taken_ms).await?
         {
-            return Ok(Submitted::Taken(same));
+            return Ok(Submitted::Taken(Box::new(same)));
         }
         let there = "SELECT ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1)) \
                      AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2))";

@@ -207,7 +207,8 @@ fn frames_and_papers_are_not_the_figure() {
         assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
         assert!(is_whole(read));
     }
-    let squares = |x: u32, y: u32| if x % 20 == 0 || y % 20 == 0 { [190, 200, 225] } else { [255; 3] };
+    let squares =
+        |x: u32, y: u32| if x.is_multiple_of(20) || y.is_multiple_of(20) { [190, 200, 225] } else { [255; 3] };
     assert!(is_whole(png(person(|_, _| [20; 3], squares))));
 }
 

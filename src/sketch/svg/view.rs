@@ -9,7 +9,6 @@ use usvg::tiny_skia_path::Point;
 pub(super) struct View {
     scale: [f64; 2],
     shift: [f64; 2],
-    canvas: [f64; 2],
 }
 
 impl View {
@@ -19,7 +18,7 @@ impl View {
         let canvas = [f64::from(size.width()), f64::from(size.height())];
         let root = document.root_element();
         let Some([x, y, width, height]) = root.attribute("viewBox").and_then(numbers) else {
-            return Self { scale: [1.0; 2], shift: [0.0; 2], canvas };
+            return Self { scale: [1.0; 2], shift: [0.0; 2] };
         };
         let aspect = root.attribute("preserveAspectRatio").unwrap_or("xMidYMid meet");
         let fit = [canvas[0] / width, canvas[1] / height];
@@ -42,24 +41,13 @@ impl View {
         });
         let (low, extent) = ([x, y], [width, height]);
         let shift = [0, 1].map(|i| placed[i] * (canvas[i] - scale[i] * extent[i]) - scale[i] * low[i]);
-        Self { scale, shift, canvas }
+        Self { scale, shift }
     }
 
     /// A point of the canvas in user units.
     pub fn user(&self, point: Point) -> [f64; 2] {
         let point = [point.x, point.y].map(f64::from);
         [0, 1].map(|i| (point[i] - self.shift[i]) / self.scale[i])
-    }
-
-    /// A length on the canvas in user units, where the axes differ the shorter.
-    pub fn length(&self, on_canvas: f64) -> f64 {
-        on_canvas / self.scale[0].max(self.scale[1])
-    }
-
-    /// Lowest and highest corner of the canvas in user units.
-    pub fn canvas(&self) -> ([f64; 2], [f64; 2]) {
-        let corner = |canvas: [f64; 2]| [0, 1].map(|i| (canvas[i] - self.shift[i]) / self.scale[i]);
-        (corner([0.0; 2]), corner(self.canvas))
     }
 }
 

@@ -15,7 +15,7 @@ const ANY: [JobKind; 2] = [JobKind::Match, JobKind::Spectrum];
 
 async fn taken(store: &Store, job: &NewJob<'_>) -> Job {
     match store.submit(job, PLACES).await.unwrap() {
-        Submitted::Taken(job) => job,
+        Submitted::Taken(job) => *job,
         refused => panic!("{refused:?}"),
     }
 }
@@ -288,7 +288,7 @@ async fn an_unfinished_job_answers_for_its_equals() {
     let second = submit().await;
     assert_ne!(second.id, first.id);
     let full = store.submit(&named("key"), Places { queue: 0, of_kind: 0 }).await.unwrap();
-    assert_eq!(full, Submitted::Taken(second.clone()), "one that is there takes no place");
+    assert_eq!(full, Submitted::Taken(Box::new(second.clone())), "one that is there takes no place");
     store.cancel(&second.id).await.unwrap();
     assert_ne!(submit().await.id, second.id);
     let other = taken(&store, &named("other")).await;
