@@ -17,7 +17,7 @@ pub struct WeighOptions {
     #[arg(required = true)]
     folders: Vec<PathBuf>,
     /// Fits weights to the half of the cases that is not held back.
-    #[arg(long)]
+    #[arg(long, env = "SKETCHMATCH_FIT")]
     fit: bool,
 }
 
