@@ -145,7 +145,8 @@ mod tests {
         let standing = up(&body, None);
         assert_eq!(standing.direction, [0.0, 0.0, 1.0]);
         assert!(standing.is_sure());
-        let other = up(&placed(&body, |[x, y, z]| [x, z, -y]), None);
+        // Mirrored, so that its ups and downs are as usual as they were.
+        let other = up(&placed(&body, |[x, y, z]| [x, z, y]), None);
         assert_eq!(other.direction, [0.0, 1.0, 0.0]);
         assert!((other.confidence - standing.confidence).abs() < 1e-6);
     }

@@ -50,12 +50,12 @@ pub struct Limits {
 
 /// Answers on `listener` with `service` until `shutdown`, then lets open requests finish within a grace period.
 ///
-/// Where all connections are taken, those without a request are closed; who comes then waits in the system's queue.
+/// Where all connections are taken, those without a request are closed once another client comes; who comes after it waits
+/// in the system's queue.
 pub async fn serve(listener: TcpListener, service: Router, limits: Limits, shutdown: CancellationToken) {
     let slots = Arc::new(Semaphore::new(limits.connections.min(most_connections())));
     let (open, crowded, over) = (TaskTracker::new(), watch::Sender::new(()), CancellationToken::new());
-    while let Some(Ok(slot)) = shutdown.run_until_cancelled(free(&slots, &crowded)).await {
-        let Some(accepted) = shutdown.run_until_cancelled(listener.accept()).await else { break };
+    while let Some(accepted) = shutdown.run_until_cancelled(listener.accept()).await {
         let stream = match accepted {
             Ok((stream, _)) => stream,
             Err(error) => {
@@ -64,6 +64,7 @@ pub async fn serve(listener: TcpListener, service: Router, limits: Limits, shutd
                 continue;
             }
         };
+        let Some(Ok(slot)) = shutdown.run_until_cancelled(free(&slots, &crowded)).await else { break };
         let (service, shutdown, mut crowded) = (service.clone(), shutdown.clone(), crowded.subscribe());
         let told_to_leave = async move {
             tokio::select! {

@@ -33,6 +33,11 @@ pub(super) fn cut(polygon: &[u32], positions: &[[f64; 3]]) -> Cut {
     if let &[a, b, c] = polygon {
         return Cut { triangles: vec![[a, b, c]], clean: true };
     }
+    let (distinct, folded) = apart(polygon, positions);
+    if !folded.is_empty() && distinct.len() > 2 {
+        let Cut { triangles, clean } = cut(&distinct, positions);
+        return Cut { triangles: [triangles, folded].concat(), clean };
+    }
     let (polygon, reversed) = canonical(polygon);
     let points = projection(&polygon.iter().map(|&v| positions[v as usize]).collect::<Vec<_>>());
     let (corners, clean) = match points {
@@ -44,6 +49,26 @@ pub(super) fn cut(polygon: &[u32], positions: &[[f64; 3]]) -> Cut {
     };
     let triangle = |[a, b, c]: [usize; 3]| if reversed { [a, c, b] } else { [a, b, c] }.map(|i| polygon[i]);
     Cut { triangles: corners.into_iter().map(triangle).collect(), clean }
+}
+
+/// The polygon without corners that stand where the one before them does, as at the pole of a sphere of quads, and the
+/// triangles without area that cut those off.
+fn apart(polygon: &[u32], positions: &[[f64; 3]]) -> (Vec<u32>, Vec<[u32; 3]>) {
+    let at = |v: u32| positions[v as usize];
+    let (mut distinct, mut folded) = (Vec::with_capacity(polygon.len()), Vec::new());
+    for (&corner, &next) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+        match distinct.last() {
+            Some(&before) if at(before) == at(corner) => folded.push([before, corner, next]),
+            _ => distinct.push(corner),
+        }
+    }
+    while let [first, .., before, last] = distinct[..]
+        && at(first) == at(last)
+    {
+        folded.push([before, last, first]);
+        distinct.pop();
+    }
+    (distinct, folded)
 }
 
 /// The polygon from its smallest vertex on towards the smaller neighbour, and whether that reversed it.

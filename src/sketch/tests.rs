@@ -20,14 +20,14 @@ fn a_sketch_is_one_figure_of_all_vertices() {
 fn svg(paths: &[String]) -> Result<Imported, Refusal> {
     let paths: String = paths.iter().map(|d| format!(r#"<path d="{d}"/>"#)).collect();
     let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1000 1000">{paths}</svg>"#);
-    from_svg(text.as_bytes(), Choice { vertices: 100, figure: 0 }, &Config::default())
+    from_svg(text.as_bytes(), Choice { vertices: DEFAULT_TARGET_VERTICES, figure: 0 }, &Config::default())
 }
 
 #[test]
 fn an_svg_that_paints_one_place_too_often_is_refused() {
     let page = || "M10 10H990V990H10Z".to_owned();
     assert!(svg(&[page()]).is_ok());
-    let refusal = svg(&vec![page(); 2000]).unwrap_err();
+    let refusal = svg(&vec![page(); 4000]).unwrap_err();
     assert!(refusal.to_string().contains("too many times over"), "{refusal}");
 }
 

@@ -56,21 +56,21 @@ async fn pictures_whose_senders_hang_up_are_read_one_after_the_other() {
         for connection in &mut connections {
             connection.write_all(head.as_bytes()).and_then(|()| connection.write_all(&picture)).unwrap();
         }
-        while measure(&client, &program, "reading_bytes").await == 0 {
+        while measure(&client, &program, "sketchmatch_reading_bytes").await == 0 {
             assert!(started.elapsed() < PATIENCE, "nothing is read");
             thread::sleep(Duration::from_millis(5));
         }
         drop(connections);
         if round == 0 {
             // The work of those who hung up goes on, or comes to its end, with its memory still counted.
-            while measure(&client, &program, "reading_bytes").await > 0 {
+            while measure(&client, &program, "sketchmatch_reading_bytes").await > 0 {
                 assert!(started.elapsed() < PATIENCE, "the memory is not given back");
                 thread::sleep(Duration::from_millis(20));
             }
             alone = peak(&program) - before;
         }
     }
-    while measure(&client, &program, "reading_bytes").await > 0 {
+    while measure(&client, &program, "sketchmatch_reading_bytes").await > 0 {
         assert!(started.elapsed() < PATIENCE, "the memory is not given back");
         thread::sleep(Duration::from_millis(20));
     }

@@ -16,8 +16,15 @@ struct Link {
     to: &'static [&'static str],
 }
 
-const OF_MESH: &[&str] =
-    &["read_mesh", "read_mesh_geometry", "read_mesh_spectrum", "draw_mesh", "rename_mesh", "delete_mesh"];
+const OF_MESH: &[&str] = &[
+    "read_mesh",
+    "read_mesh_geometry",
+    "read_mesh_components",
+    "read_mesh_spectrum",
+    "draw_mesh",
+    "rename_mesh",
+    "delete_mesh",
+];
 const OF_SKETCH: &[&str] =
     &["read_sketch", "read_sketch_geometry", "read_sketch_spectrum", "rename_sketch", "delete_sketch"];
 const OF_MATCH: &[&str] = &[

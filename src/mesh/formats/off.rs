@@ -77,7 +77,8 @@ fn stream(bytes: &[u8], mut polygons: Polygons) -> Option<Polygons> {
     }
     for _ in 0..faces {
         let (line, corners) = number()?;
-        let corners = if corners >= 0.0 && corners.fract() == 0.0 { corners as usize } else { return None };
+        // Of no corners: where numbers are missing, what follows comes out even by chance.
+        let corners = if corners >= 1.0 && corners.fract() == 0.0 { corners as usize } else { return None };
         polygons.admit_face(corners).ok()?;
         let corners: Option<Vec<i64>> = (0..corners).map(|_| number().map(|(_, x)| x as i64)).collect();
         polygons.push_face(corners?, Some(line)).ok()?;

@@ -54,7 +54,8 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let mut least = LEAST_CONTRAST.max(ground.noise.saturating_mul(NOISES));
     let mut ink = above(ground, sheet, least);
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
-    let is_scene = ink.and(&band).area() as f64 > SCENE * band.area() as f64;
+    // Lines that run over the border are squares or rules, which are no scene.
+    let is_scene = opened(&ink, SEAM).and(&band).area() as f64 > SCENE * band.area() as f64;
     while crossings(&ink, &border) > PATTERN && least < STRONGEST_PATTERN {
         least += least / 3;
         ink = above(ground, sheet, least);
