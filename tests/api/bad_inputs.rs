@@ -231,7 +231,10 @@ fn drawings() -> Vec<Case> {
             r#"<!DOCTYPE svg [<!ENTITY e SYSTEM "file:///etc/hostname">]><svg xmlns="http://www.w3.org/2000/svg">&e;</svg>"#,
         ),
         svg("an SVG of text", "<text>cat</text>"),
-        svg("a line that stays open", r#"<path d="M42 5H5V95H95V5H57" fill="none" stroke="black" stroke-width="2"/>"#),
+        svg(
+            "a line that stays open",
+            r#"<path d="M3.9 .5H.5V8.5H8.5V.5H5.25" fill="none" stroke="black" stroke-width=".2"/>"#,
+        ),
         drawing("a picture cut off", "image/png", &png[..png.len() / 2]),
         drawing("no picture", "image/png", "not a picture"),
         drawing("a picture larger than it can be", "image/png", huge),

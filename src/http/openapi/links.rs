@@ -26,7 +26,7 @@ const OF_MESH: &[&str] = &[
     "delete_mesh",
 ];
 const OF_SKETCH: &[&str] =
-    &["read_sketch", "read_sketch_geometry", "read_sketch_spectrum", "rename_sketch", "delete_sketch"];
+    &["read_sketch", "read_sketch_geometry", "read_sketch_spectrum", "draw_sketch", "rename_sketch", "delete_sketch"];
 const OF_MATCH: &[&str] = &[
     "read_match",
     "follow_match",

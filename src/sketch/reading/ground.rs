@@ -191,12 +191,11 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
         let rows = (0..steady.height()).flat_map(|y| sheet.area.runs(y).map(move |run| (y, run)));
         let corner = rows.map(|(y, run)| deepest(run.start, run.end, y)).fold(f64::NEG_INFINITY, f64::max);
         let mut sizes = vec![0usize; pieces.sizes.len()];
-        for run in &pieces.runs {
-            if deepest(run.from, run.to, run.y) >= corner - 2.0 * reach {
-                sizes[run.piece] += run.to - run.from;
-            }
+        let is_near = |x: usize, y: usize| depth(x, y) >= corner - 2.0 * reach;
+        for run in pieces.runs.iter().filter(|run| deepest(run.from, run.to, run.y) >= corner - 2.0 * reach) {
+            sizes[run.piece] += (run.from..run.to).filter(|&x| is_near(x, run.y)).count();
         }
-        // The largest of those that come near.
+        // The one that takes most of the place about the corner: of squared paper a square, not its lines.
         let near = (0..sizes.len()).filter(|&piece| sizes[piece] > 0);
         chosen.extend(
             near.max_by_key(|&piece| sizes[piece])

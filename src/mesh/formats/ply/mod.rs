@@ -40,13 +40,13 @@ fn read_elements(
 ) -> Result<(), Refusal> {
     for element in &header.elements {
         let Element { name, count, properties } = element;
+        if *count > 0 && properties.is_empty() {
+            return Err(Refusal::because(Place::file(), format!("element {name} has no properties")));
+        }
         // Every element takes a byte at least.
         if *count > bytes {
             let detail = format!("the header announces {count} of element {name}, {bytes} bytes follow it");
             return Err(Refusal::because(Place::file(), detail));
-        }
-        if *count > 0 && properties.is_empty() {
-            return Err(Refusal::because(Place::file(), format!("element {name} has no properties")));
         }
         match name.as_str() {
             "vertex" => {
