@@ -10,6 +10,9 @@
 /// proximal gradient, proximal operators, CoSaMP, and the report every iteration leaves behind.
 pub mod numerics;
 
+/// Vectors, frames, axes and areas.
+pub mod geometry;
+
 /// A valid triangle mesh, what is measured on it, and the file formats it arrives in.
 pub mod mesh;
 

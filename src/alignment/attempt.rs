@@ -4,7 +4,6 @@ use super::candidates::{Candidate, Kind};
 use super::energy::{Distortion, distortion};
 use super::explanation::{self, Turn};
 use super::following::followed;
-use super::frame::Frame;
 use super::landmarks::Landmarks;
 use super::laying::{Laying, laid};
 use super::pose::{self, Move, Pose, posed};
@@ -16,6 +15,7 @@ use super::view::View;
 use super::visible::Visible;
 use super::warping::warp;
 use super::{AlignmentError, Pair};
+use crate::geometry::frame::Frame;
 use crate::numerics::side_by_side;
 
 /// The cost of the outlines above which another pose is looked for.

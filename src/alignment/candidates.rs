@@ -5,7 +5,7 @@ use super::scene::Scene;
 use super::upright::differences;
 use super::view::View;
 use super::warping::{Warp, cost, warp};
-use crate::mesh::{dot, subtract};
+use crate::geometry::{dot, subtract};
 use crate::numerics::{Cancelled, side_by_side};
 
 /// Views that are tried of either kind.

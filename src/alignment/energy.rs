@@ -56,7 +56,7 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::sheet;
+    use crate::mesh::solids::sheet;
     use crate::numerics::Unwatched;
 
     #[test]

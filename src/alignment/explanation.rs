@@ -1,7 +1,7 @@
 //! How well an attempt explains the drawing: what is compared when one is chosen.
 
 use super::scene::Scene;
-use crate::mesh::dot;
+use crate::geometry::dot;
 
 /// The distance from the nearest answer, in units of √area, from which a place of the mesh counts as left out, and that at
 /// which it counts fully.

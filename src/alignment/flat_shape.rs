@@ -3,8 +3,8 @@
 use sprs::{CsMat, TriMat};
 
 use super::AlignmentError;
-use super::axes::{Axes, centred};
 use super::contour::Contour;
+use crate::geometry::axes::{Axes, centred};
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::cholesky::Analysis;

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::sampled_distances::SampledDistances;
+use crate::geometry::{length, subtract};
+use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
-use crate::mesh::{TriangleMesh, length, subtract};
 use crate::numerics::{Cancelled, Watch};
 
 /// Limbs at most.
@@ -128,7 +129,7 @@ fn ring_centre(mesh: &TriangleMesh, field: &[f64], radius: f64) -> Option<[f64; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::{ball, sphere, star};
+    use crate::mesh::solids::{ball, sphere, star};
     use crate::numerics::Unwatched;
 
     fn found(mesh: &TriangleMesh) -> Vec<Limb> {

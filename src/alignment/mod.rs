@@ -5,7 +5,6 @@
 //! like its own, the mesh put into its pose, and the places in the picture lifted to the surface behind them.
 
 mod attempt;
-pub mod axes;
 mod by_distances;
 mod candidates;
 pub mod contour;
@@ -13,7 +12,6 @@ pub mod energy;
 mod explanation;
 pub mod flat_shape;
 mod following;
-pub mod frame;
 mod inner_paths;
 mod landmarks;
 mod laying;
@@ -27,8 +25,6 @@ mod scene;
 mod shape_context;
 pub mod silhouette;
 pub mod single_outline;
-#[cfg(test)]
-pub(crate) mod solids;
 pub mod standing;
 pub mod symmetry;
 pub mod terms;
@@ -39,10 +35,10 @@ pub mod views;
 mod visible;
 pub mod warping;
 
+use crate::geometry::frame::Frame;
 use attempt::{Attempt, attempts};
 use candidates::{Candidate, candidates};
 use flat_shape::FlatShape;
-use frame::Frame;
 use landmarks::Landmarks;
 use prepared::PreparedMesh;
 use reconciliation::reconciled;
@@ -50,7 +46,7 @@ use scene::Scene;
 use terms::Terms;
 use upright::Upright;
 
-use crate::mesh::dot;
+use crate::geometry::dot;
 use crate::numerics::cholesky::FactorisationError;
 use crate::numerics::{Cancelled, Watch, side_by_side};
 

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use super::frame::Frame;
 use super::prepared::PreparedMesh;
 use super::scene::Scene;
 use super::upright::differences;
 use super::view::View;
 use super::warping::cost;
+use crate::geometry::frame::Frame;
 use crate::numerics::Cancelled;
 
 /// The largest swing and bend, in radians, and the largest change of a length, as a logarithm.

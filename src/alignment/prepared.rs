@@ -2,16 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::axes::{Axes, centred};
 use super::limbs::{Limb, limbs};
 use super::sampled_distances::SampledDistances;
 use super::standing::{self, Body, Up};
 use super::symmetry::{Symmetry, plane};
 use super::view::View;
 use super::views::{canonical_directions, half_sphere};
+use crate::geometry::axes::{Axes, centred};
+use crate::geometry::{cross, dot};
+use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::boundary_vertices;
 use crate::mesh::normals::vertex_normals;
-use crate::mesh::{TriangleMesh, cross, dot};
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian::{Lumping, mass};
 
@@ -107,8 +108,8 @@ fn is_seen_from_outside(mesh: &TriangleMesh) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::{sheet, sphere, star, turned};
-    use crate::mesh::{length, subtract};
+    use crate::geometry::{length, subtract};
+    use crate::mesh::solids::{sheet, sphere, star, turned};
     use crate::numerics::Unwatched;
 
     #[test]

@@ -126,7 +126,7 @@ impl Similarity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::sheet;
+    use crate::mesh::solids::sheet;
     use crate::numerics::Unwatched;
 
     fn shape() -> FlatShape {

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::{length, subtract};
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
-use crate::mesh::{length, subtract};
 use crate::numerics::{Cancelled, Watch};
 
 /// Samples looked at side by side.
@@ -120,7 +120,7 @@ fn farthest(distances: &[f64]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::sphere;
+    use crate::mesh::solids::sphere;
     use crate::numerics::Unwatched;
 
     #[test]

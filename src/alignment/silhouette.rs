@@ -1,6 +1,6 @@
 //! Pictures of projected triangles.
 
-use super::axes::longest;
+use crate::geometry::axes::longest;
 use crate::raster::bitmap::Bitmap;
 
 /// Longer side of the picture, border included, in pixels.

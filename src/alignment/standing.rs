@@ -4,10 +4,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::axes::{Axes, centred};
-use super::frame::Frame;
 use super::symmetry::{Symmetry, plane};
-use crate::mesh::{TriangleMesh, dot, doubled_area};
+use crate::geometry::axes::{Axes, centred};
+use crate::geometry::frame::Frame;
+use crate::geometry::{dot, doubled_area};
+use crate::mesh::TriangleMesh;
 use crate::spectral::laplacian::{Lumping, mass};
 
 /// What lies lower than this above the lowest vertex is on the ground, and what is further than this from the plane of
@@ -132,7 +133,7 @@ fn distance_from_origin(corners: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::{sphere, star};
+    use crate::mesh::solids::{sphere, star};
 
     fn placed(mesh: &TriangleMesh, place: impl Fn([f64; 3]) -> [f64; 3]) -> TriangleMesh {
         let positions = mesh.positions().iter().map(|&p| place(p)).collect();

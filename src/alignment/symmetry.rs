@@ -5,9 +5,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::frame::{Frame, unit};
 use super::views::half_sphere;
-use crate::mesh::dot;
+use crate::geometry::dot;
+use crate::geometry::frame::Frame;
+use crate::geometry::unit;
 use crate::numerics::nelder_mead::{self, Tolerance};
 
 /// Points reflected to judge a plane.
@@ -106,7 +107,7 @@ fn asymmetry(tree: &KdTree<[f64; 3]>, samples: &[[f64; 3]], plane: &Symmetry) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::{star, turned};
+    use crate::mesh::solids::{star, turned};
 
     #[test]
     fn the_plane_of_a_body_is_found_however_it_is_turned() {

@@ -2,10 +2,10 @@
 
 use super::contour::{Contour, SAMPLES};
 use super::explanation::Turn;
-use super::frame::Frame;
 use super::scene::Scene;
 use super::view::View;
 use super::warping::{self, TRUNCATE};
+use crate::geometry::frame::Frame;
 
 /// What the heights of two samples in their boxes weigh beside their shape contexts, and their places across.
 const HEIGHT: f32 = 0.1;

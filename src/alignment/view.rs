@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::contour::Contour;
-use super::frame::Frame;
 use super::silhouette::silhouette;
-use crate::mesh::doubled_area;
+use crate::geometry::doubled_area;
+use crate::geometry::frame::Frame;
 
 /// The frame of a parallel projection and the outline seen through it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,7 +50,7 @@ fn facing<'a>(flat: &[[f64; 2]], triangles: &'a [[u32; 3]], closed: bool) -> Cow
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::star;
+    use crate::mesh::solids::star;
 
     #[test]
     fn what_faces_away_does_not_change_the_silhouette() {

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::axes::longest;
-use super::frame::Frame;
-use crate::mesh::subtract;
+use crate::geometry::axes::longest;
+use crate::geometry::frame::Frame;
+use crate::geometry::subtract;
 
 /// Directions in the plane of symmetry.
 const IN_PLANE: usize = 6;
@@ -45,8 +45,8 @@ pub fn canonical_directions(positions: &[[f64; 3]], masses: &[f64], normal: [f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::frame::unit;
-    use crate::mesh::{cross, dot, length};
+    use crate::geometry::unit;
+    use crate::geometry::{cross, dot, length};
 
     #[test]
     fn the_half_sphere_is_covered_evenly() {

@@ -1,7 +1,7 @@
 //! The surface a camera sees: from points of a picture to points of the mesh.
 
-use super::frame::Frame;
-use crate::mesh::doubled_area;
+use crate::geometry::doubled_area;
+use crate::geometry::frame::Frame;
 
 /// Pixels along the longer side of the picture.
 const SIDE: usize = 640;
@@ -166,8 +166,8 @@ impl Plane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::sphere;
-    use crate::mesh::dot;
+    use crate::geometry::dot;
+    use crate::mesh::solids::sphere;
 
     #[test]
     fn of_a_sphere_the_side_towards_the_camera_is_seen() {

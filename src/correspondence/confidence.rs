@@ -3,7 +3,7 @@
 use faer::MatRef;
 
 use super::points;
-use crate::mesh::{length, subtract};
+use crate::geometry::{length, subtract};
 use crate::numerics::{Cancelled, Watch};
 
 /// The length, in units of √area of the sketch, over which confidence falls to 1/e.

@@ -3,7 +3,7 @@
 //! Axes: x to the creature's left, y up, z forwards; the ground is y = 0. The body at rest is its own mirror image in
 //! the plane x = 0.
 
-use crate::mesh::{dot, length, subtract};
+use crate::geometry::{dot, length, subtract};
 
 /// Number of blends by which a limb has to be farther than the nearest one to change nothing but the last digits.
 const REACH: f64 = 40.0;

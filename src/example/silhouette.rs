@@ -5,7 +5,8 @@ use i_overlay::float::simplify::SimplifyShape;
 use serde::Serialize;
 
 use super::view::{Frame, View};
-use crate::mesh::{TriangleMesh, doubled_area};
+use crate::geometry::doubled_area;
+use crate::mesh::TriangleMesh;
 
 /// How far the outline may be from the projected triangles, in drawing units.
 const TOLERANCE: f64 = 0.2;

@@ -4,7 +4,7 @@ use fast_surface_nets::ndshape::{RuntimeShape, Shape};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
 
 use super::body::Body;
-use crate::mesh::{dot, subtract};
+use crate::geometry::{dot, subtract};
 
 /// Cells along the longest side of the first grid, which tells how many vertices a spacing gives.
 const TRIAL_CELLS: f64 = 48.0;

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use super::view::{FRAME, Frame};
 use super::*;
-use crate::mesh::{cross, dot, doubled_area, subtract, triangle_area};
+use crate::geometry::{cross, dot, doubled_area, subtract, triangle_area};
 
 fn made(creature: Creature, vertices: usize) -> (TriangleMesh, Silhouette) {
     let mesh = creature.mesh(vertices).unwrap();

@@ -4,7 +4,8 @@ use super::body::Body;
 use super::silhouette::Silhouette;
 use super::view::{FRAME, Frame, View};
 use crate::evaluation::{Truth, Variants};
-use crate::mesh::{TriangleMesh, dot, doubled_area, subtract};
+use crate::geometry::{dot, doubled_area, subtract};
+use crate::mesh::TriangleMesh;
 
 /// Distance between the points along both axes, in drawing units.
 const SPACING: f64 = 10.0;

@@ -1,6 +1,7 @@
 //! The orthographic views a creature is drawn from.
 
-use crate::mesh::{TriangleMesh, dot};
+use crate::geometry::dot;
+use crate::mesh::TriangleMesh;
 
 /// Side of the square a drawing fits into, in drawing units.
 pub const FRAME: f64 = 600.0;

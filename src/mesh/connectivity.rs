@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::TriangleMesh;
 use super::disjoint_sets::DisjointSets;
 use super::edges::{self, Edges};
 use super::file_mesh::FileMesh;
-use super::{TriangleMesh, triangle_area};
+use crate::geometry::triangle_area;
 
 /// What is told of a mesh in a few numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

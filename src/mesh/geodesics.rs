@@ -3,7 +3,8 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::{TriangleMesh, length, subtract};
+use super::TriangleMesh;
+use crate::geometry::{length, subtract};
 
 /// Share by which a distance has to fall to be corrected.
 const CORRECTION: f64 = 1e-9;

@@ -14,6 +14,8 @@ pub mod normals;
 pub mod parts;
 mod polygon;
 pub mod refusal;
+#[cfg(test)]
+pub(crate) mod solids;
 mod soundness;
 pub mod validation;
 mod warnings;
@@ -21,6 +23,8 @@ mod winding;
 
 use edges::Edges;
 use refusal::{Faults, Place, Refusal};
+
+use crate::geometry::triangle_area;
 
 /// Vertices or triangles that are hashed together.
 const HASHED: usize = 2048;
@@ -106,33 +110,6 @@ pub fn content_hash(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> blake3::H
         hasher.update(&bytes);
     }
     hasher.finalize()
-}
-
-/// Twice the signed area of a triangle in the plane, positive where it is counter-clockwise.
-pub fn doubled_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// Half the length of the cross product of two edges.
-pub fn triangle_area([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    let (u, v) = (subtract(b, a), subtract(c, a));
-    0.5 * length(cross(u, v))
-}
-
-pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(crate) fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The directions a surface faces.
 
-use super::{TriangleMesh, cross, length, subtract};
+use super::TriangleMesh;
+use crate::geometry::{cross, length, subtract};
 
 /// A direction of length 1 for every vertex: the mean of its triangles', weighted by area; along z where there is none.
 pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
@@ -22,9 +23,9 @@ pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::frame::unit;
-    use crate::alignment::solids::sphere;
-    use crate::mesh::dot;
+    use crate::geometry::dot;
+    use crate::geometry::unit;
+    use crate::mesh::solids::sphere;
 
     #[test]
     fn a_sphere_faces_outward() {

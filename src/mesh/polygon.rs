@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::{cross, dot, length, subtract};
+use crate::geometry::{cross, dot, length, subtract};
 
 /// Twice the area below which a triangle counts as flat, in a polygon scaled to unit size.
 const FLAT: f64 = 1e-12;
@@ -245,7 +245,7 @@ impl Eq for Ear {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::triangle_area;
+    use crate::geometry::triangle_area;
 
     /// A flat polygon, lifted into a tilted plane far from the origin.
     fn lifted(outline: &[Point]) -> Vec<[f64; 3]> {

@@ -3,7 +3,7 @@
 use super::disjoint_sets::DisjointSets;
 use super::edges::{self, Edges};
 use super::refusal::{Faults, Place};
-use super::{cross, length, subtract};
+use crate::geometry::{cross, length, subtract};
 
 /// Largest magnitude of a coordinate. Areas, volumes and their products stay far from overflow.
 pub(super) const LARGEST_COORDINATE: f64 = 1e50;

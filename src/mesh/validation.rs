@@ -92,7 +92,7 @@ mod tests {
 
     fn volume(mesh: &TriangleMesh) -> f64 {
         let corners = mesh.triangles().iter().map(|t| t.map(|v| mesh.positions()[v as usize]));
-        corners.map(|[a, b, c]| crate::mesh::dot(a, crate::mesh::cross(b, c)) / 6.0).sum()
+        corners.map(|[a, b, c]| crate::geometry::dot(a, crate::geometry::cross(b, c)) / 6.0).sum()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::edges::{self, HalfEdge, triangle_of};
 use super::mending::gluing::ALONE;
-use super::{cross, dot, subtract, triangle_area};
+use crate::geometry::{cross, dot, subtract, triangle_area};
 
 /// How the triangles of a surface are turned to one side.
 pub(super) struct Winding {

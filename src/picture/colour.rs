@@ -103,7 +103,7 @@ fn linear([lightness, a, b]: [f64; 3]) -> [f64; 3] {
 /// How different two colours look; 0.02 is about the least that is noticed.
 #[cfg(test)]
 pub fn difference(a: Colour, b: Colour) -> f64 {
-    crate::mesh::length(crate::mesh::subtract(a.oklab(), b.oklab()))
+    crate::geometry::length(crate::geometry::subtract(a.oklab(), b.oklab()))
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 use super::colour::Colour;
 use super::figure::{Figure, Placement};
 use super::raster::Raster;
-use crate::alignment::frame::Frame;
+use crate::geometry::dot;
+use crate::geometry::frame::Frame;
+use crate::mesh::TriangleMesh;
 use crate::mesh::edges::{Edges, triangle_of};
-use crate::mesh::{TriangleMesh, dot};
 
 /// The light, as right, up and towards the camera, of about length 1.
 const LIGHT: [f64; 3] = [-0.36, 0.48, 0.8];

@@ -1,7 +1,7 @@
 //! Shapes for the tests of pictures.
 
 use super::Matched;
-use crate::alignment::frame::Frame;
+use crate::geometry::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
 

@@ -24,7 +24,7 @@ use std::ops::RangeInclusive;
 
 use image::ImageError;
 
-use crate::alignment::frame::Frame;
+use crate::geometry::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;

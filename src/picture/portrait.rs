@@ -4,9 +4,11 @@ use super::colour::Colour;
 use super::drawing;
 use super::figure::{Figure, Placement, Window};
 use super::scene::Bounds;
-use crate::alignment::frame::{Frame, unit};
+use crate::geometry::cross;
+use crate::geometry::frame::Frame;
+use crate::geometry::unit;
+use crate::mesh::TriangleMesh;
 use crate::mesh::normals::vertex_normals;
-use crate::mesh::{TriangleMesh, cross};
 
 /// The view of a mesh of which nothing is known: y up, from its front right and a little above.
 const TOWARD_CAMERA: [f64; 3] = [0.5, 0.35, 0.8];

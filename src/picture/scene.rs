@@ -4,8 +4,8 @@ use super::colour::Colour;
 use super::drawing;
 use super::figure::{Figure, Placement, Window};
 use super::{Matched, palette, surface, view};
-use crate::alignment::frame::Frame;
 use crate::alignment::silhouette::silhouette;
+use crate::geometry::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::mesh::normals::vertex_normals;
 

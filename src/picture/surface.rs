@@ -4,7 +4,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::colour::Colour;
-use crate::mesh::{TriangleMesh, length, subtract};
+use crate::geometry::{length, subtract};
+use crate::mesh::TriangleMesh;
 
 /// How far along the surface a colour spreads from the vertex that was answered, in units of √area.
 const REACH: f64 = 0.12;
@@ -154,7 +155,7 @@ fn soften(colours: &mut Vec<[f64; 3]>, neighbours: &Neighbours, distances: &[f64
 mod tests {
     use super::super::colour::difference;
     use super::*;
-    use crate::alignment::solids::{sheet, sphere};
+    use crate::mesh::solids::{sheet, sphere};
 
     const RED: Colour = Colour([0.8, 0.1, 0.1]);
     const BLUE: Colour = Colour([0.1, 0.1, 0.8]);

@@ -3,7 +3,7 @@ use image::RgbImage;
 use super::colour::{Colour, difference};
 use super::fixtures::{cube, square_on};
 use super::*;
-use crate::alignment::solids::sphere;
+use crate::mesh::solids::sphere;
 use crate::sketch::YAxis;
 
 fn decoded(bytes: &[u8]) -> RgbImage {

@@ -3,8 +3,8 @@
 use faer::{Mat, Side};
 
 use super::Matched;
-use crate::alignment::frame::Frame;
-use crate::mesh::dot;
+use crate::geometry::dot;
+use crate::geometry::frame::Frame;
 use crate::mesh::normals::vertex_normals;
 
 /// How far the second view is turned about the picture's up axis, in degrees.
@@ -99,7 +99,7 @@ fn mean<const N: usize>(points: &[[f64; N]]) -> [f64; N] {
 mod tests {
     use super::super::fixtures::{cube, square_on};
     use super::*;
-    use crate::mesh::cross;
+    use crate::geometry::cross;
 
     fn near(a: [f64; 3], b: [f64; 3]) -> bool {
         a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-9)

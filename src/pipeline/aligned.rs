@@ -3,14 +3,15 @@
 use super::outcome::{AlignmentReport, Alternative, AlternativeKind, MatchedBy, SeenPart, ViewReport};
 use super::request::{Direction, Part, Ups};
 use super::{MatchError, Surroundings};
-use crate::alignment::axes::Axes;
 use crate::alignment::flat_shape::FlatShape;
-use crate::alignment::frame::{Frame, unit};
 use crate::alignment::prepared::PreparedMesh;
 use crate::alignment::standing::Up;
 use crate::alignment::upright::Upright;
 use crate::alignment::{self, Alignment, Pair, Way};
-use crate::mesh::dot;
+use crate::geometry::axes::Axes;
+use crate::geometry::dot;
+use crate::geometry::frame::Frame;
+use crate::geometry::unit;
 use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
 use crate::sketch::Sketch;

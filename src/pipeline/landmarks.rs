@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::Fault;
 use super::request::Landmark;
+use crate::geometry::{length, subtract};
 use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
-use crate::mesh::{length, subtract};
 use crate::sketch::Sketch;
 
 /// How far from the nearest vertex a landmark may be, and how far apart landmarks of one place of the drawing may be on

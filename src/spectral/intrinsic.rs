@@ -5,8 +5,9 @@
 //! Delaunay: it stays what it is, and its vertices too, while no weight is negative.
 
 use super::laplacian::Triangles;
+use crate::geometry::{length, subtract};
+use crate::mesh::TriangleMesh;
 use crate::mesh::edges::{Edges, HalfEdge, triangle_of};
-use crate::mesh::{TriangleMesh, length, subtract};
 
 /// A triangle is thin where its height over its longest edge is less than this share of that edge.
 const THIN: f64 = 1e-4;

@@ -3,7 +3,8 @@
 use sprs::CsMat;
 
 use super::intrinsic::doubled_area;
-use crate::mesh::{TriangleMesh, cross, dot, length, subtract};
+use crate::geometry::{cross, dot, length, subtract};
+use crate::mesh::TriangleMesh;
 
 /// How the area of a triangle is shared among its vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +108,7 @@ fn summed(n: usize, triangles: &[[u32; 3]], shares: impl Fn(usize) -> [f64; 3]) 
 }
 
 fn triangle_area(mesh: &TriangleMesh, triangle: [u32; 3]) -> f64 {
-    crate::mesh::triangle_area(corners(mesh, triangle))
+    crate::geometry::triangle_area(corners(mesh, triangle))
 }
 
 fn corners(mesh: &TriangleMesh, triangle: [u32; 3]) -> [[f64; 3]; 3] {

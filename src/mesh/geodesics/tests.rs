@@ -1,7 +1,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use super::*;
-use crate::mesh::{length, subtract};
+use crate::geometry::{length, subtract};
 
 /// A unit square of n × n cells, its inner vertices moved by `jitter` cells to and fro and one diagonal per cell.
 fn square(n: usize, jitter: f64) -> TriangleMesh {

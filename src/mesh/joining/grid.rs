@@ -1,6 +1,6 @@
 //! A grid of cubes about a body.
 
-use super::super::{cross, length, subtract};
+use crate::geometry::{cross, length, subtract};
 
 /// Cells between the body and the border of the grid: more than any gap that is closed.
 const MARGIN: usize = 6;

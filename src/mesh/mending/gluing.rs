@@ -2,7 +2,7 @@
 
 use super::super::disjoint_sets::DisjointSets;
 use super::super::edges::{self, Edges, HalfEdge, triangle_of};
-use super::super::triangle_area;
+use crate::geometry::triangle_area;
 
 /// Marks a half-edge without a partner.
 pub(in super::super) const ALONE: HalfEdge = HalfEdge::MAX;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::super::disjoint_sets::DisjointSets;
 use super::super::edges::Edges;
-use super::super::{length, subtract};
+use crate::geometry::{length, subtract};
 
 /// Vertices nearer than about this share of the mesh's diagonal stand at one place: what single precision and text of
 /// seven digits leave of equal coordinates.

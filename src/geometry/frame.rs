@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::{cross, dot, length};
+use super::{cross, dot, unit};
 
 /// An orthonormal right-handed frame of a parallel projection: the picture's axes and the direction to the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,15 +49,10 @@ impl Frame {
     }
 }
 
-/// The vector at length 1.
-pub fn unit(vector: [f64; 3]) -> [f64; 3] {
-    let length = length(vector);
-    vector.map(|x| x / length)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{length, subtract};
 
     #[test]
     fn a_frame_is_orthonormal_and_right_handed() {
@@ -67,9 +62,10 @@ mod tests {
                 assert!((length(axis) - 1.0).abs() < 1e-12);
             }
             assert!(dot(right, up).abs() < 1e-12 && dot(up, toward_camera).abs() < 1e-12);
-            assert!(length(crate::mesh::subtract(cross(right, up), toward_camera)) < 1e-12);
+            assert!(length(subtract(cross(right, up), toward_camera)) < 1e-12);
         }
     }
+
     #[test]
     fn a_rolled_frame_has_the_direction_to_the_right() {
         let frame = Frame::looking_from([1.0, 2.0, -0.5]);

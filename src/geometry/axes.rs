@@ -4,17 +4,17 @@ use faer::{Mat, Side};
 use serde::{Deserialize, Serialize};
 
 use super::frame::Frame;
-use crate::mesh::{cross, dot};
+use super::{cross, dot};
 
 /// The n positions of a mesh about their centre of mass, divided by `scale`; the masses sum to 1.
-pub(super) fn centred(positions: &[[f64; 3]], masses: &[f64], scale: f64) -> Vec<[f64; 3]> {
+pub fn centred(positions: &[[f64; 3]], masses: &[f64], scale: f64) -> Vec<[f64; 3]> {
     let middle: [f64; 3] = std::array::from_fn(|i| positions.iter().zip(masses).map(|(p, mass)| p[i] * mass).sum());
     positions.iter().map(|p| std::array::from_fn(|i| (p[i] - middle[i]) / scale)).collect()
 }
 
 /// The angle of the longest axis of a figure of which the sums of x² − y² and of x y about its middle are known: where the
 /// quadratic form of the second moments is largest on the circle.
-pub(super) fn longest(squares: f64, product: f64) -> f64 {
+pub fn longest(squares: f64, product: f64) -> f64 {
     0.5 * (2.0 * product).atan2(squares)
 }
 
@@ -71,8 +71,8 @@ impl Axes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::alignment::solids::{star, turned};
-    use crate::mesh::{length, subtract};
+    use crate::geometry::{length, subtract};
+    use crate::mesh::solids::{star, turned};
 
     #[test]
     fn axes_turn_with_the_body() {

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::mesh::{TriangleMesh, dot};
+use crate::geometry::dot;
+use crate::mesh::TriangleMesh;
 
 /// The unit sphere of parallels and meridians with each of its points put where `place` says.
 pub fn ball(rows: usize, columns: usize, place: impl Fn([f64; 3]) -> [f64; 3]) -> TriangleMesh {

@@ -1,0 +1,9 @@
+//! Vectors of the plane and of space: what is added, turned and measured before there is a mesh.
+
+mod areas;
+pub mod axes;
+pub mod frame;
+mod vectors;
+
+pub use areas::{doubled_area, triangle_area};
+pub use vectors::{cross, dot, length, subtract, unit};
