@@ -16,7 +16,8 @@ pub mod geometry;
 /// A valid triangle mesh, what is measured on it, and the file formats it arrives in.
 pub mod mesh;
 
-/// Pictures in black and white: their pieces, what lies near, what they enclose, and the lines round them.
+/// Pictures in black and white: their pieces, what lies near, what they enclose, and the lines round them; the silhouette
+/// of triangles and the surface in front.
 pub mod raster;
 
 /// A drawing and the flat mesh made of it.

@@ -12,11 +12,11 @@ use super::scene::Scene;
 use super::terms::Terms;
 use super::upright::differences;
 use super::view::View;
-use super::visible::Visible;
 use super::warping::warp;
 use super::{AlignmentError, Pair};
 use crate::geometry::frame::Frame;
 use crate::numerics::side_by_side;
+use crate::raster::visible::Visible;
 
 /// The cost of the outlines above which another pose is looked for.
 const POSE_FROM: f64 = 0.05;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::inner_paths::InnerPaths;
 use super::shape_context::{BINS, mirrored, shape_contexts};
-use super::silhouette::{MARGIN, silhouette};
 use super::single_outline::single_outline;
+use crate::raster::silhouette::{MARGIN, silhouette};
 
 /// Samples of an outline.
 pub const SAMPLES: usize = 110;

@@ -1,8 +1,8 @@
 //! Shortest paths inside a picture between points of its outline.
 
-use super::silhouette::Mask;
 use crate::numerics::lanes::vectorised;
 use crate::raster::bitmap::Bitmap;
+use crate::raster::silhouette::Mask;
 
 /// Shortest paths between points.
 pub(super) struct InnerPaths {

@@ -23,7 +23,6 @@ mod rigidity;
 pub mod sampled_distances;
 mod scene;
 mod shape_context;
-pub mod silhouette;
 pub mod single_outline;
 pub mod standing;
 pub mod symmetry;
@@ -32,7 +31,6 @@ mod trust;
 pub mod upright;
 pub mod view;
 pub mod views;
-mod visible;
 pub mod warping;
 
 use crate::geometry::frame::Frame;

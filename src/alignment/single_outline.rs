@@ -1,8 +1,8 @@
 //! The one outline of a picture: its largest piece, holes closed or cut open.
 
-use super::silhouette::Mask;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::pieces::Pieces;
+use crate::raster::silhouette::Mask;
 
 /// Holes of less than this part of the piece's area are accidents of the drawing and filled.
 const SMALL_HOLE: f64 = 4e-4;

@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::contour::Contour;
-use super::silhouette::silhouette;
 use crate::geometry::doubled_area;
 use crate::geometry::frame::Frame;
+use crate::raster::silhouette::silhouette;
 
 /// The frame of a parallel projection and the outline seen through it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,10 +4,10 @@ use super::colour::Colour;
 use super::drawing;
 use super::figure::{Figure, Placement, Window};
 use super::{Matched, palette, surface, view};
-use crate::alignment::silhouette::silhouette;
 use crate::geometry::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::mesh::normals::vertex_normals;
+use crate::raster::silhouette::silhouette;
 
 /// Room round the figures and between them at least, and the height of the picture at most, as shares of its width.
 const MARGIN: f64 = 0.025;

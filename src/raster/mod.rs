@@ -1,4 +1,5 @@
-//! Pictures in black and white: their pieces, what lies near, what they enclose, and the lines round them.
+//! Pictures in black and white: their pieces, what lies near, what they enclose, and the lines round them; and those that
+//! triangles leave, as a silhouette and as the surface in front.
 
 pub mod bitmap;
 pub mod contour;
@@ -6,6 +7,8 @@ pub mod distance;
 pub mod enclosed;
 pub mod neighbourhood;
 pub mod pieces;
+pub mod silhouette;
+pub mod visible;
 
 /// A box of pixels: columns and rows, the last of each not included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,13 +1,13 @@
 //! Pictures of projected triangles.
 
+use super::bitmap::Bitmap;
 use crate::geometry::axes::longest;
-use crate::raster::bitmap::Bitmap;
 
 /// Longer side of the picture, border included, in pixels.
 const SIDE: usize = 256;
 
 /// Empty border round the figure, in pixels.
-pub(super) const MARGIN: f64 = 10.0;
+pub const MARGIN: f64 = 10.0;
 
 /// A square picture in black and white, and where it lies in the plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ impl Mask {
     }
 
     /// The direction (length 1) in which the figure extends most: the first principal axis of its pixels.
-    pub(super) fn longest_axis(&self) -> [f64; 2] {
+    pub fn longest_axis(&self) -> [f64; 2] {
         let pixels = || (0..SIDE * SIDE).filter(|&k| self.inside.get(k % SIDE, k / SIDE)).map(|k| [k % SIDE, k / SIDE]);
         let count = self.area().max(1) as f64;
         let middle = [0, 1].map(|axis| pixels().map(|pixel| pixel[axis] as f64).sum::<f64>() / count);
@@ -43,7 +43,7 @@ impl Mask {
     }
 
     /// The point of the plane at a place in the picture.
-    pub(super) fn point(&self, pixel: [f64; 2]) -> [f64; 2] {
+    pub fn point(&self, pixel: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| (pixel[axis] - MARGIN) / self.scale + self.low[axis])
     }
 }
