@@ -1,10 +1,10 @@
 //! A sketch laid on a view: from the warp of the outlines to a place in the picture for every point.
 
 use super::contour::SAMPLES;
-use super::flat_shape::FlatShape;
+use super::contour::view::View;
+use super::contour::warping::{TRUNCATE, Warp, cost_along};
+use super::prepared::FlatShape;
 use super::rigidity::{Pull, deformed};
-use super::view::View;
-use super::warping::{TRUNCATE, Warp, cost_along};
 use crate::numerics::cholesky::FactorisationError;
 
 /// The cost of a pair of samples at which its weight has fallen to 1/e.

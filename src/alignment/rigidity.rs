@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::flat_shape::FlatShape;
+use super::prepared::FlatShape;
 use crate::numerics::cholesky::{FactorisationError, SparseCholesky};
 
 /// Turns of local rotations and global positions.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::printed;
-use sketchmatch::alignment::terms::{Terms, WEIGHTS};
+use sketchmatch::alignment::{Terms, WEIGHTS};
 use sketchmatch::fitting::cases::of_folder;
 use sketchmatch::fitting::weights::{chosen, fitted};
 use sketchmatch::fitting::{Judged, judged};

@@ -10,10 +10,8 @@ pub mod weights;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::alignment::flat_shape::FlatShape;
-use crate::alignment::prepared::PreparedMesh;
-use crate::alignment::upright::Upright;
-use crate::alignment::{Weighed, weighed};
+use crate::alignment::prepared::{FlatShape, PreparedMesh};
+use crate::alignment::{Upright, Weighed, weighed};
 use crate::mesh::figure::Figure;
 use crate::mesh::formats::{Format, Limits};
 use crate::mesh::validation::import;
@@ -45,7 +43,7 @@ pub struct Judged {
 
 /// An attempt, and how far off it is.
 pub struct Attempt {
-    /// As [`crate::alignment::terms::Terms::values`].
+    /// As [`crate::alignment::Terms::values`].
     pub terms: Vec<f64>,
     /// Mean error in units of √area, of √(area / 2) where the truth says that one side is seen.
     pub error: f64,

@@ -21,7 +21,7 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::{self, cursor_fault};
 use super::{App, PREFERENCE_APPLIED, json, memory};
-use crate::alignment::standing::Up;
+use crate::alignment::prepared::standing::Up;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;

@@ -18,7 +18,7 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Renaming, ShapeDocument};
-use crate::alignment::standing::{self, Up};
+use crate::alignment::prepared::standing::{self, Up};
 use crate::mesh::connectivity::{ComponentSummary, Summary, component_summaries, summary};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;

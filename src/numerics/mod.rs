@@ -23,6 +23,7 @@ mod triangular_solve;
 
 mod decomposition_error;
 mod frobenius;
+mod median;
 mod report;
 mod side_by_side;
 mod stopping;
@@ -33,6 +34,7 @@ pub(crate) mod random;
 
 pub use decomposition_error::DecompositionError;
 pub use frobenius::inner_product;
+pub use median::median;
 pub use report::{Report, Stopped};
 pub use side_by_side::side_by_side;
 pub use stopping::Stopping;

@@ -1,12 +1,10 @@
 //! What the user knows: points of the sketch whose vertex of the mesh is given.
 
-use super::Pair;
-use super::contour::SAMPLES;
-use super::energy::median;
-use super::flat_shape::FlatShape;
-use super::prepared::PreparedMesh;
-use super::sampled_distances::Place;
-use super::view::View;
+use crate::alignment::contour::SAMPLES;
+use crate::alignment::contour::view::View;
+use crate::alignment::prepared::sampled_distances::Place;
+use crate::alignment::prepared::{FlatShape, PreparedMesh};
+use crate::numerics::median;
 
 /// How much a difference of distances, in units of √area, counts beside the difference of two samples, and the largest
 /// that counts.
@@ -16,13 +14,20 @@ const MOST: f64 = 0.4;
 const REACH: f64 = 0.3;
 
 /// The distance from a landmark at which its answer misses it.
-pub(super) const MISSED: f64 = 0.08;
+pub const MISSED: f64 = 0.08;
 
 /// The median distortion of the distances to the others from which a landmark is at odds with them.
 const ODD: f64 = 0.2;
 
+/// A vertex of the sketch and the vertex of the mesh it is known to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pair {
+    pub sketch: u32,
+    pub mesh: u32,
+}
+
 /// Landmarks, and the distances from them within the sketch.
-pub(super) struct Landmarks {
+pub struct Landmarks {
     pub pairs: Vec<Pair>,
     /// For every landmark its distance to each of the m vertices of the sketch.
     pub fields: Vec<Vec<f64>>,

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::prepared::PreparedMesh;
-use super::scene::Scene;
-use super::upright::differences;
-use super::view::View;
-use super::warping::cost;
+use crate::alignment::contour::view::View;
+use crate::alignment::contour::warping::cost;
+use crate::alignment::prepared::PreparedMesh;
+use crate::alignment::scene::Scene;
+use crate::alignment::search::differences::differences;
 use crate::geometry::frame::Frame;
 use crate::numerics::Cancelled;
 
@@ -15,7 +15,7 @@ const MOST: f64 = 1.75;
 const SHORTEST: f64 = -1.0;
 const LONGEST: f64 = 0.6;
 /// What a radian of swing costs, and a limb e times as long.
-pub(super) const EFFORT: f64 = 0.0015;
+pub const EFFORT: f64 = 0.0015;
 /// By how much a move has to better the cost.
 const GAIN: f64 = 2e-4;
 /// The passes of the search, and the rounds of each.

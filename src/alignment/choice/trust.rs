@@ -1,10 +1,10 @@
 //! How far an alignment is to be trusted, point by point.
 
-use super::energy::Distortion;
-use super::flat_shape::FlatShape;
-use super::laying::Laying;
-use super::prepared::PreparedMesh;
-use super::sampled_distances::Place;
+use crate::alignment::distances::distortion::Distortion;
+use crate::alignment::laying::Laying;
+use crate::alignment::prepared::sampled_distances::Place;
+use crate::alignment::prepared::{FlatShape, PreparedMesh};
+use crate::numerics::median;
 
 /// A logistic regression on standardised logarithms, fitted to the errors of silhouettes of animals and persons laid on
 /// meshes of others and of themselves, turned and mirrored: of the distortion of the nearest sample, the local stretch of
@@ -68,7 +68,7 @@ fn stretches(shape: &FlatShape, flat: &[[f64; 2]]) -> Vec<f64> {
         .iter()
         .map(|t| principal_stretches(t.map(|v| shape.positions[v as usize]), t.map(|v| flat[v as usize])))
         .collect();
-    let usual = super::energy::median(singular.iter().flatten().copied().collect()).max(LEAST);
+    let usual = median(singular.iter().flatten().copied().collect()).max(LEAST);
     let (mut sum, mut count) = (vec![0.0; flat.len()], vec![0.0; flat.len()]);
     for (triangle, stretches) in shape.triangles.iter().zip(&singular) {
         let strain = stretches.map(|s| (s.max(LEAST) / usual).ln().abs());

@@ -8,10 +8,10 @@ use super::inner_paths::InnerPaths;
 const RADII: usize = 8;
 
 /// Bins of the path's direction at its beginning.
-pub(super) const ANGLES: usize = 12;
+pub const ANGLES: usize = 12;
 
 /// Bins of a histogram.
-pub(super) const BINS: usize = RADII * ANGLES;
+pub const BINS: usize = RADII * ANGLES;
 
 /// Where the bins of length begin and end; what is shorter or longer falls into the first or the last one.
 const NEAR: f64 = 0.08;
@@ -21,7 +21,7 @@ const FAR: f64 = 4.0;
 /// reached by an inner path of this length, over `unit` in pixels, whose first step makes this angle with the outline,
 /// counted from the tangent (in the direction of the outline) counter-clockwise. Blurred by (1, 2, 1)/4 both ways, so
 /// that a point near the edge of a bin counts for both; every row sums to 1.
-pub(super) fn shape_contexts(points: &[[f64; 2]], tangents: &[[f64; 2]], paths: &InnerPaths, unit: f64) -> Vec<f32> {
+pub fn shape_contexts(points: &[[f64; 2]], tangents: &[[f64; 2]], paths: &InnerPaths, unit: f64) -> Vec<f32> {
     let n = points.len();
     let edges: [f32; RADII - 1] =
         std::array::from_fn(|k| (unit * NEAR * (FAR / NEAR).powf((k + 1) as f64 / RADII as f64)) as f32);
@@ -82,7 +82,7 @@ fn blurred(counts: &[[f32; ANGLES]; RADII]) -> [[f32; ANGLES]; RADII] {
 
 /// The histogram that the point has in the mirrored figure, where the outline runs the other way: the angle a becomes
 /// π − a.
-pub(super) fn mirrored(histogram: &[f32]) -> impl Iterator<Item = f32> {
+pub fn mirrored(histogram: &[f32]) -> impl Iterator<Item = f32> {
     histogram.chunks_exact(ANGLES).flat_map(|row| (0..ANGLES).map(|a| row[(ANGLES + ANGLES / 2 - 1 - a) % ANGLES]))
 }
 

@@ -52,7 +52,7 @@ pub fn up(mesh: &TriangleMesh, agreed: Option<[f64; 3]>) -> Up {
 }
 
 /// A mesh at area 1 about its middle, along its principal axes.
-pub(super) struct Body<'a> {
+pub struct Body<'a> {
     pub positions: &'a [[f64; 3]],
     pub masses: &'a [f64],
     pub axes: &'a Axes,
@@ -60,7 +60,7 @@ pub(super) struct Body<'a> {
 }
 
 /// As [`up`].
-pub(super) fn found(body: &Body<'_>, agreed: Option<[f64; 3]>) -> Up {
+pub fn found(body: &Body<'_>, agreed: Option<[f64; 3]>) -> Up {
     let directions = (0..3).flat_map(|axis| {
         [1.0, -1.0].map(|sign| std::array::from_fn::<f64, 3, _>(|i| if i == axis { sign } else { 0.0 }))
     });

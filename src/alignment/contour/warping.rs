@@ -1,7 +1,7 @@
 //! Cyclic dynamic time warping of one contour onto another [SC78].
 
-use super::contour::{Contour, SAMPLES};
 use super::shape_context::BINS;
+use super::{Contour, SAMPLES};
 use crate::numerics::lanes::vectorised;
 
 /// Samples more different than this are as bad as can be: a part that is missing costs its length, no more.

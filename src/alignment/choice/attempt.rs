@@ -1,19 +1,19 @@
 //! A sketch laid on one view of a mesh, and how well it lies there.
 
-use super::candidates::{Candidate, Kind};
-use super::energy::{Distortion, distortion};
 use super::explanation::{self, Turn};
-use super::following::followed;
-use super::landmarks::Landmarks;
-use super::laying::{Laying, laid};
-use super::pose::{self, Move, Pose, posed};
-use super::prepared::PreparedMesh;
-use super::scene::Scene;
 use super::terms::Terms;
-use super::upright::differences;
-use super::view::View;
-use super::warping::warp;
-use super::{AlignmentError, Pair};
+use crate::alignment::contour::view::View;
+use crate::alignment::contour::warping::warp;
+use crate::alignment::distances::distortion::{Distortion, distortion};
+use crate::alignment::error::AlignmentError;
+use crate::alignment::laying::{Laying, laid};
+use crate::alignment::prepared::PreparedMesh;
+use crate::alignment::scene::Scene;
+use crate::alignment::scene::landmarks::{Landmarks, Pair};
+use crate::alignment::search::candidates::{Candidate, Kind};
+use crate::alignment::search::differences::differences;
+use crate::alignment::search::following::followed;
+use crate::alignment::search::pose::{self, Move, Pose, posed};
 use crate::geometry::frame::Frame;
 use crate::numerics::side_by_side;
 use crate::raster::visible::Visible;
@@ -25,7 +25,7 @@ const LANDMARK_PRICE: f64 = 0.2;
 
 /// A sketch on one view.
 #[derive(Clone)]
-pub(super) struct Attempt {
+pub struct Attempt {
     pub view: View,
     pub kind: Kind,
     /// How every limb is moved.
@@ -213,7 +213,7 @@ fn terms(
         swing: sum(|step| step.swing.abs() + step.bend.abs()),
         stretch: sum(|step| step.stretch.abs()),
         sphere: f64::from(matches!(kind, Kind::Sphere(_))),
-        tilt: scene.upright.map_or(0.0, |upright| upright.tilt(&frame, &turn)),
+        tilt: scene.upright.map_or(0.0, |upright| explanation::tilt(&upright, &frame, &turn)),
         mismatch: explanation::mismatch(&scene.shape.contour.curve, &turn, &outline.curve),
         disorder: explanation::disorder(scene, map),
         uncovered: explanation::uncovered(scene, toward, map),
@@ -230,7 +230,7 @@ fn turn(scene: &Scene<'_>, frame: &Frame, laying: &Laying) -> (Turn, Frame) {
 }
 
 /// The attempts on the candidates, best first.
-pub(super) fn attempts(
+pub fn attempts(
     scene: &Scene<'_>,
     candidates: &[Candidate],
     landmarks: &Landmarks,

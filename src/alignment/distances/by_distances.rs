@@ -1,11 +1,10 @@
 //! The point map from a few sure points and geodesic distances alone: where no view explains the sketch.
 
-use super::Pair;
-use super::energy::{SCALES, median};
-use super::flat_shape::FlatShape;
-use super::prepared::PreparedMesh;
-use super::sampled_distances::Place;
-use crate::numerics::{Cancelled, Watch};
+use super::distortion::SCALES;
+use crate::alignment::prepared::sampled_distances::Place;
+use crate::alignment::prepared::{FlatShape, PreparedMesh};
+use crate::alignment::scene::landmarks::Pair;
+use crate::numerics::{Cancelled, Watch, median};
 
 /// Sure points of the outline, and the fewest there must be.
 const ANCHORS: usize = 30;
@@ -16,7 +15,7 @@ const SURE: f64 = 0.15;
 const BENT: f64 = 0.12;
 const OUTLYING: f64 = 2.5;
 /// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
-pub(super) struct Anchor {
+pub struct Anchor {
     sketch: u32,
     mesh: u32,
     pub near: Vec<f64>,
@@ -60,7 +59,7 @@ pub fn mapped(
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher.
-pub(super) fn answered(
+pub fn answered(
     mesh: &PreparedMesh,
     map: &[u32],
     wrong: &[bool],

@@ -1,13 +1,16 @@
 //! A sketch and a mesh to lay it on, and what is known of both.
 
-use super::flat_shape::FlatShape;
-use super::prepared::PreparedMesh;
-use super::upright::Upright;
+pub mod landmarks;
+pub mod upright;
+
+use upright::Upright;
+
+use crate::alignment::prepared::{FlatShape, PreparedMesh};
 use crate::numerics::Watch;
 
 /// What every step of an alignment looks at.
 #[derive(Clone, Copy)]
-pub(super) struct Scene<'a> {
+pub struct Scene<'a> {
     pub shape: &'a FlatShape,
     pub mesh: &'a PreparedMesh,
     /// Which way is up on both, where that is known of both.

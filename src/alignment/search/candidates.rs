@@ -1,10 +1,11 @@
 //! The views a sketch may be drawn from, best first.
 
-use super::prepared::PreparedMesh;
-use super::scene::Scene;
-use super::upright::differences;
-use super::view::View;
-use super::warping::{Warp, cost, warp};
+use crate::alignment::contour::view::View;
+use crate::alignment::contour::warping::{Warp, cost, warp};
+use crate::alignment::prepared::PreparedMesh;
+use crate::alignment::prepared::limbs::Limb;
+use crate::alignment::scene::Scene;
+use crate::alignment::search::differences::differences;
 use crate::geometry::{dot, subtract};
 use crate::numerics::{Cancelled, side_by_side};
 
@@ -91,8 +92,6 @@ fn nearest(
 
 /// How far the tips of the limbs lie on that side of their joints, in reaches.
 fn frontness(mesh: &PreparedMesh, direction: [f64; 3]) -> f64 {
-    let reach = |limb: &super::limbs::Limb| {
-        dot(subtract(mesh.positions[limb.tip as usize], limb.joint), direction) / limb.radius
-    };
+    let reach = |limb: &Limb| dot(subtract(mesh.positions[limb.tip as usize], limb.joint), direction) / limb.radius;
     mesh.limbs.iter().map(reach).sum::<f64>() / mesh.limbs.len().max(1) as f64
 }

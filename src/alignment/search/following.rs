@@ -1,12 +1,12 @@
 //! The mesh put into the pose of a sketch by what lies on what: each limb is turned, bent and stretched as its part of the
 //! outline is by the warp, which gives other places for the outlines to lie on each other, and so on.
 
-use super::contour::SAMPLES;
 use super::pose::{Move, Pose, posed};
-use super::scene::Scene;
-use super::upright::differences;
-use super::view::View;
-use super::warping::warp;
+use crate::alignment::contour::SAMPLES;
+use crate::alignment::contour::view::View;
+use crate::alignment::contour::warping::warp;
+use crate::alignment::scene::Scene;
+use crate::alignment::search::differences::differences;
 use crate::numerics::Cancelled;
 
 /// Rounds of warp and pose.
@@ -25,7 +25,7 @@ const GROWTH: f64 = 0.5;
 ///
 /// # Errors
 /// [`Cancelled`] by the watcher, asked at every pose tried.
-pub(super) fn followed(scene: &Scene<'_>, view: &View) -> Result<Pose, Cancelled> {
+pub fn followed(scene: &Scene<'_>, view: &View) -> Result<Pose, Cancelled> {
     let mut now = Tried::new(scene, view.clone(), vec![Move::default(); scene.mesh.limbs.len()]);
     let mut best = now.clone();
     for _ in 0..ROUNDS {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::contour::Contour;
+use super::Contour;
 use crate::geometry::doubled_area;
 use crate::geometry::frame::Frame;
 use crate::raster::silhouette::silhouette;

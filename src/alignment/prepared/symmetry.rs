@@ -5,10 +5,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::views::half_sphere;
-use crate::geometry::dot;
+use super::directions::half_sphere;
 use crate::geometry::frame::Frame;
-use crate::geometry::unit;
+use crate::geometry::{dot, unit};
 use crate::numerics::nelder_mead::{self, Tolerance};
 
 /// Points reflected to judge a plane.

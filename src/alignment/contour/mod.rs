@@ -1,11 +1,17 @@
 //! The outline of a figure, sampled, and how each sample sees the others.
 
+mod inner_paths;
+mod shape_context;
+mod single_outline;
+pub mod view;
+pub mod warping;
+
 use serde::{Deserialize, Serialize};
 
-use super::inner_paths::InnerPaths;
-use super::shape_context::{BINS, mirrored, shape_contexts};
-use super::single_outline::single_outline;
 use crate::raster::silhouette::{MARGIN, silhouette};
+use inner_paths::InnerPaths;
+use shape_context::{BINS, mirrored, shape_contexts};
+use single_outline::single_outline;
 
 /// Samples of an outline.
 pub const SAMPLES: usize = 110;
@@ -109,7 +115,7 @@ fn equal_arcs(corners: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::warping::{Warp, cost, differences, warp};
+    use super::warping::{Warp, cost, differences, warp};
     use super::*;
 
     /// A fan of triangles about the origin: a star-shaped figure without symmetry, with two long limbs.

@@ -45,8 +45,7 @@ pub fn canonical_directions(positions: &[[f64; 3]], masses: &[f64], normal: [f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::unit;
-    use crate::geometry::{cross, dot, length};
+    use crate::geometry::{cross, dot, length, unit};
 
     #[test]
     fn the_half_sphere_is_covered_evenly() {

@@ -1,7 +1,9 @@
 //! How well an attempt explains the drawing: what is compared when one is chosen.
 
-use super::scene::Scene;
+use crate::alignment::scene::Scene;
+use crate::alignment::scene::upright::Upright;
 use crate::geometry::dot;
+use crate::geometry::frame::Frame;
 
 /// The distance from the nearest answer, in units of √area, from which a place of the mesh counts as left out, and that at
 /// which it counts fully.
@@ -12,7 +14,7 @@ const ROWS: usize = 72;
 const SHIFT: f64 = 0.12;
 
 /// The similarity that the deformation of the sketch is nearest to.
-pub(super) struct Turn {
+pub struct Turn {
     pub cos: f64,
     pub sin: f64,
 }
@@ -43,7 +45,7 @@ impl Turn {
 
 /// 1 − the area two figures share over the area they cover together, once both have area 1 and `own` is turned; the best
 /// of nine shifts.
-pub(super) fn mismatch(own: &[[f64; 2]], turn: &Turn, other: &[[f64; 2]]) -> f64 {
+pub fn mismatch(own: &[[f64; 2]], turn: &Turn, other: &[[f64; 2]]) -> f64 {
     let turned: Vec<[f64; 2]> = own.iter().map(|&point| turn.of(point)).collect();
     let (own, other) = (normalised(&turned), normalised(other));
     let low = own.iter().chain(&other).map(|p| p[1]).fold(f64::INFINITY, f64::min) - SHIFT;
@@ -93,8 +95,14 @@ fn shared(a: &[f64], b: &[f64], right: f64) -> f64 {
     a.iter().flat_map(|[from, to]| b.iter().map(move |[u, v]| (to.min(v + right) - from.max(u + right)).max(0.0))).sum()
 }
 
+/// (1 − cos)/2 of the angle between the ups in the picture, where the sketch lies turned.
+pub fn tilt(upright: &Upright, frame: &Frame, turn: &Turn) -> f64 {
+    let ([x, y], seen) = (turn.of(upright.sketch), frame.project(upright.mesh));
+    0.5 * (1.0 - (x * seen[0] + y * seen[1]))
+}
+
 /// 1 − the rank correlation of the drawing's heights at its samples and the body's heights at their answers.
-pub(super) fn disorder(scene: &Scene<'_>, map: &[u32]) -> f64 {
+pub fn disorder(scene: &Scene<'_>, map: &[u32]) -> f64 {
     let Some(upright) = scene.upright else { return 0.0 };
     let [x, y] = upright.sketch;
     let samples = &scene.shape.samples;
@@ -123,7 +131,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// How much of the mesh's side in front no answer is near, from 0 to 1: judged at the farthest points that face the camera.
-pub(super) fn uncovered(scene: &Scene<'_>, toward: [f64; 3], map: &[u32]) -> f64 {
+pub fn uncovered(scene: &Scene<'_>, toward: [f64; 3], map: &[u32]) -> f64 {
     let distances = &scene.mesh.distances;
     let (mut left_out, mut count) = (0.0, 0.0);
     for (field, &normal) in distances.fields.iter().zip(&scene.mesh.normals) {

@@ -3,12 +3,12 @@
 //! of what no landmark contradicts.
 
 use super::attempt::Attempt;
-use super::by_distances::{Anchor, answered};
-use super::landmarks::{Landmarks, MISSED};
-use super::pose::exchanges;
-use super::sampled_distances::Place;
-use super::scene::Scene;
-use super::{AlignmentError, Pair};
+use crate::alignment::distances::by_distances::{Anchor, answered};
+use crate::alignment::error::AlignmentError;
+use crate::alignment::prepared::sampled_distances::Place;
+use crate::alignment::scene::Scene;
+use crate::alignment::scene::landmarks::{Landmarks, MISSED, Pair};
+use crate::alignment::search::pose::exchanges;
 use crate::numerics::Cancelled;
 
 /// What landmarks missed, and answers changed that they do not contradict, weigh beside distances bent.
@@ -32,7 +32,7 @@ const TOLD: usize = 30;
 ///
 /// # Errors
 /// [`AlignmentError`]; the watcher is asked at every exchange.
-pub(super) fn reconciled(
+pub fn reconciled(
     answer: Attempt,
     of_led_view: Attempt,
     scene: &Scene<'_>,

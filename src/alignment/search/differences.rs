@@ -1,11 +1,10 @@
-//! Which way is up, and what follows for the outlines: what is high in the drawing is high on the body.
+//! How different the outlines of the sketch and of a view are where up is known: what is high in the drawing is high on the
+//! body.
 
-use super::contour::{Contour, SAMPLES};
-use super::explanation::Turn;
-use super::scene::Scene;
-use super::view::View;
-use super::warping::{self, TRUNCATE};
-use crate::geometry::frame::Frame;
+use crate::alignment::contour::view::View;
+use crate::alignment::contour::warping::{self, TRUNCATE};
+use crate::alignment::contour::{Contour, SAMPLES};
+use crate::alignment::scene::Scene;
 
 /// What the heights of two samples in their boxes weigh beside their shape contexts, and their places across.
 const HEIGHT: f32 = 0.1;
@@ -15,24 +14,9 @@ const STEEP: f64 = 0.5;
 /// The mean difference of two unrelated heights.
 const UNRELATED: f32 = 0.25;
 
-/// Which way is up on a sketch and on a mesh, in the axes they are laid in, both of length 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Upright {
-    pub sketch: [f64; 2],
-    pub mesh: [f64; 3],
-}
-
-impl Upright {
-    /// (1 − cos)/2 of the angle between the ups in the picture, where the sketch lies turned.
-    pub(super) fn tilt(&self, frame: &Frame, turn: &Turn) -> f64 {
-        let ([x, y], seen) = (turn.of(self.sketch), frame.project(self.mesh));
-        0.5 * (1.0 - (x * seen[0] + y * seen[1]))
-    }
-}
-
 /// How different every two samples of the sketch's outline and the view's are (110 × 110), their places in the upright
 /// boxes about the outlines included where up is known.
-pub(super) fn differences(scene: &Scene<'_>, view: &View) -> Vec<f32> {
+pub fn differences(scene: &Scene<'_>, view: &View) -> Vec<f32> {
     let mut differences = warping::differences(&scene.shape.contour, &view.contour);
     let Some(upright) = scene.upright else { return differences };
     let up = view.frame.project(upright.mesh);

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::directions::{canonical_directions, half_sphere};
 use super::limbs::{Limb, limbs};
 use super::sampled_distances::SampledDistances;
 use super::standing::{self, Body, Up};
 use super::symmetry::{Symmetry, plane};
-use super::view::View;
-use super::views::{canonical_directions, half_sphere};
+use crate::alignment::contour::view::View;
 use crate::geometry::axes::{Axes, centred};
 use crate::geometry::{cross, dot};
 use crate::mesh::TriangleMesh;

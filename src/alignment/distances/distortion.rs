@@ -1,7 +1,8 @@
 //! How far a point map bends the distances within the sketch.
 
-use super::flat_shape::FlatShape;
-use super::sampled_distances::{Place, SampledDistances};
+use crate::alignment::prepared::FlatShape;
+use crate::alignment::prepared::sampled_distances::{Place, SampledDistances};
+use crate::numerics::median;
 
 /// The distortion a pair of points counts with at most.
 const MOST: f64 = 0.4;
@@ -44,15 +45,6 @@ pub fn distortion(shape: &FlatShape, distances: &SampledDistances, map: &[u32]) 
     Distortion { mean: total / (2.0 * pairs.len().max(1) as f64), scale, of_samples }
 }
 
-/// The middle value, of an even number the upper one; 0 of none.
-pub fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,10 +65,5 @@ mod tests {
         assert!(itself.mean < 0.06, "{}", itself.mean);
         assert!((distortion(&shape, &distances, &reversed).mean - itself.mean).abs() < 0.01);
         assert!(distortion(&shape, &distances, &shuffled).mean > 0.15);
-    }
-
-    #[test]
-    fn the_median_is_the_upper_middle_one() {
-        assert_eq!([median(vec![3.0, 1.0, 2.0]), median(vec![1.0, 2.0]), median(Vec::new())], [2.0, 2.0, 0.0]);
     }
 }

@@ -2,8 +2,8 @@
 
 use sprs::{CsMat, TriMat};
 
-use super::AlignmentError;
-use super::contour::Contour;
+use crate::alignment::contour::Contour;
+use crate::alignment::error::AlignmentError;
 use crate::geometry::axes::{Axes, centred};
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;

@@ -5,7 +5,7 @@ use crate::raster::bitmap::Bitmap;
 use crate::raster::silhouette::Mask;
 
 /// Shortest paths between points.
-pub(super) struct InnerPaths {
+pub struct InnerPaths {
     /// Blocks in a row; the last one may be filled up with points that nothing reaches.
     blocks: usize,
     /// From row to column, which is as far as back.
