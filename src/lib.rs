@@ -26,6 +26,9 @@ pub mod sketch;
 /// The Laplacian of a mesh and its eigenpairs.
 pub mod spectral;
 
+/// Shapes led to other places and bent as little as may be.
+pub mod deformation;
+
 /// A sketch laid on a mesh without a click: views, contours, warps, poses.
 pub mod alignment;
 

@@ -4,7 +4,7 @@ use super::contour::SAMPLES;
 use super::contour::view::View;
 use super::contour::warping::{TRUNCATE, Warp, cost_along};
 use super::prepared::FlatShape;
-use super::rigidity::{Pull, deformed};
+use crate::deformation::as_rigid_as_possible::{Pull, deformed};
 use crate::numerics::cholesky::FactorisationError;
 
 /// The cost of a pair of samples at which its weight has fallen to 1/e.
@@ -71,7 +71,7 @@ pub fn laid(
     }
     let pin = |&(vertex, target): &(u32, [f64; 2])| Pull { vertex, target, weight: PINNED * density };
     pulls.extend(pinned.iter().map(pin));
-    let mut positions = deformed(shape, &pulls)?;
+    let mut positions = deformed(&shape.elastic, &shape.positions, &pulls)?;
 
     let fine: Vec<[f64; 2]> =
         (0..FINENESS * SAMPLES).map(|i| point_at(&view.contour.curve, i as f64 / FINENESS as f64)).collect();
@@ -90,7 +90,7 @@ pub fn laid(
                 pulls.push(Pull { vertex, target, weight: density });
             }
         }
-        positions = deformed(shape, &pulls)?;
+        positions = deformed(&shape.elastic, &shape.positions, &pulls)?;
     }
     Ok(Laying { positions, costs, cost: cost_along(&warp.path, differences), reflected: false })
 }

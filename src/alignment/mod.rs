@@ -23,7 +23,6 @@ mod distances;
 mod error;
 mod laying;
 pub mod prepared;
-mod rigidity;
 mod scene;
 mod search;
 

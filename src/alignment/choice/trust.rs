@@ -41,7 +41,7 @@ pub fn trust(
 fn tears(shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> Vec<f64> {
     let (mut sum, mut count) = (vec![0.0; map.len()], vec![0.0; map.len()]);
     let places: Vec<Place> = map.iter().map(|&vertex| mesh.distances.at(vertex)).collect();
-    for &(i, j, _) in &shape.edges {
+    for &(i, j, _) in &shape.elastic.edges {
         let (i, j) = (i as usize, j as usize);
         let (p, q) = (shape.positions[i], shape.positions[j]);
         let tear = (places[i].to(&places[j]) / scale - (p[0] - q[0]).hypot(p[1] - q[1])).abs();

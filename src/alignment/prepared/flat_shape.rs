@@ -1,13 +1,11 @@
 //! A sketch made ready to be laid on a mesh.
 
-use sprs::{CsMat, TriMat};
-
 use crate::alignment::contour::Contour;
 use crate::alignment::error::AlignmentError;
+use crate::deformation::as_rigid_as_possible::Elastic;
 use crate::geometry::axes::{Axes, centred};
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::cholesky::Analysis;
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian;
 
@@ -19,11 +17,7 @@ pub struct FlatShape {
     /// m × 2.
     pub positions: Vec<[f64; 2]>,
     pub triangles: Vec<[u32; 3]>,
-    /// Edges i < j with half the sum of the cotangents opposite them, at least a little.
-    pub edges: Vec<(u32, u32, f64)>,
-    /// 2 L of these weights, m × m, and its analysis, which that with another diagonal has too.
-    pub laplacian: CsMat<f64>,
-    pub analysis: Analysis,
+    pub elastic: Elastic,
     /// The vertices of the outline, counter-clockwise; holes are left out.
     pub outline: Vec<u32>,
     /// Farthest points, and their distances within the figure to every vertex.
@@ -56,12 +50,8 @@ impl FlatShape {
         let marching = Marching::new(mesh);
         let (samples, mut distances) = farthest_points(&marching, &positions, watch)?;
         distances.iter_mut().flatten().for_each(|d| *d /= scale);
-        let edges = edges(mesh);
-        let laplacian = doubled_laplacian(&edges, positions.len());
         Ok(FlatShape {
-            edges,
-            analysis: Analysis::new(&laplacian)?,
-            laplacian,
+            elastic: Elastic::new(mesh)?,
             outline: outline(mesh.triangles()),
             contour: Contour::of(&positions, mesh.triangles()),
             masses,
@@ -107,23 +97,6 @@ fn farthest_points(
         fields.push(field);
     }
     Ok((samples, fields))
-}
-
-fn edges(mesh: &TriangleMesh) -> Vec<(u32, u32, f64)> {
-    let stiffness = laplacian::stiffness(mesh);
-    let above = stiffness.iter().filter(|(_, (i, j))| i < j);
-    above.map(|(value, (i, j))| (i as u32, j as u32, (-value).max(1e-6))).collect()
-}
-
-fn doubled_laplacian(edges: &[(u32, u32, f64)], count: usize) -> CsMat<f64> {
-    let mut entries = TriMat::with_capacity((count, count), 4 * edges.len());
-    for &(i, j, w) in edges {
-        let (i, j) = (i as usize, j as usize);
-        for (row, column, sign) in [(i, i, 2.0), (j, j, 2.0), (i, j, -2.0), (j, i, -2.0)] {
-            entries.add_triplet(row, column, sign * w);
-        }
-    }
-    entries.to_csr()
 }
 
 /// The longest closed boundary, in the order of the triangles' winding.

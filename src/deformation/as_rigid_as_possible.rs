@@ -1,9 +1,11 @@
 //! As-rigid-as-possible deformation of a flat shape [SA07].
 
 use faer::Mat;
+use sprs::{CsMat, TriMat};
 
-use super::prepared::FlatShape;
-use crate::numerics::cholesky::{FactorisationError, SparseCholesky};
+use crate::mesh::TriangleMesh;
+use crate::numerics::cholesky::{Analysis, FactorisationError, SparseCholesky};
+use crate::spectral::laplacian::stiffness;
 
 /// Turns of local rotations and global positions.
 const ROUNDS: usize = 8;
@@ -16,14 +18,52 @@ pub struct Pull {
     pub weight: f64,
 }
 
-/// The positions (m × 2) of least elastic energy under the pulls. The rest shape is scaled by the similarity that fits
-/// the pulls best, so that a shape of another size is no strain.
+/// What holds a flat shape of m vertices together.
+pub struct Elastic {
+    /// Edges i < j with half the sum of the cotangents opposite them, at least a little.
+    pub edges: Vec<(u32, u32, f64)>,
+    /// 2 L of these weights, m × m, and its analysis, which that with another diagonal has too.
+    laplacian: CsMat<f64>,
+    analysis: Analysis,
+}
+
+impl Elastic {
+    /// What holds a mesh together; its size means nothing.
+    ///
+    /// # Errors
+    /// [`FactorisationError::OutOfMemory`].
+    pub fn new(mesh: &TriangleMesh) -> Result<Elastic, FactorisationError> {
+        let edges = edges(mesh);
+        let laplacian = doubled_laplacian(&edges, mesh.positions().len());
+        Ok(Elastic { edges, analysis: Analysis::new(&laplacian)?, laplacian })
+    }
+}
+
+fn edges(mesh: &TriangleMesh) -> Vec<(u32, u32, f64)> {
+    let stiffness = stiffness(mesh);
+    let above = stiffness.iter().filter(|(_, (i, j))| i < j);
+    above.map(|(value, (i, j))| (i as u32, j as u32, (-value).max(1e-6))).collect()
+}
+
+fn doubled_laplacian(edges: &[(u32, u32, f64)], count: usize) -> CsMat<f64> {
+    let mut entries = TriMat::with_capacity((count, count), 4 * edges.len());
+    for &(i, j, w) in edges {
+        let (i, j) = (i as usize, j as usize);
+        for (row, column, sign) in [(i, i, 2.0), (j, j, 2.0), (i, j, -2.0), (j, i, -2.0)] {
+            entries.add_triplet(row, column, sign * w);
+        }
+    }
+    entries.to_csr()
+}
+
+/// The positions (m × 2) of least elastic energy under the pulls. The shape at `rest` (m × 2) is scaled by the similarity
+/// that fits the pulls best, so that a shape of another size is no strain.
 ///
 /// # Errors
 /// Where the pulls leave the position undetermined.
-pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
-    let n = shape.positions.len();
-    let mut matrix = shape.laplacian.clone();
+pub fn deformed(elastic: &Elastic, rest: &[[f64; 2]], pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
+    let n = rest.len();
+    let mut matrix = elastic.laplacian.clone();
     let mut hold = vec![0.0; n];
     let mut pull = vec![[0.0; 2]; n];
     for p in pulls {
@@ -36,22 +76,22 @@ pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, Fact
         // A vertex of the shape has edges.
         *diagonal.expect("a Laplacian has a diagonal") += hold;
     }
-    let factor = SparseCholesky::analysed(shape.analysis.clone(), &matrix)?;
+    let factor = SparseCholesky::analysed(elastic.analysis.clone(), &matrix)?;
     let solve = |right: &dyn Fn(usize, usize) -> f64| {
         let mut block = Mat::from_fn(n, 2, right);
         factor.solve(block.as_mut());
         (0..n).map(|v| [block[(v, 0)], block[(v, 1)]]).collect::<Vec<[f64; 2]>>()
     };
 
-    let similarity = Similarity::fitted(shape, pulls);
-    let rest: Vec<[f64; 2]> = shape.positions.iter().map(|p| p.map(|x| x * similarity.scale)).collect();
-    let placed: Vec<[f64; 2]> = shape.positions.iter().map(|&p| similarity.apply(p)).collect();
+    let similarity = Similarity::fitted(rest, pulls);
+    let placed: Vec<[f64; 2]> = rest.iter().map(|&p| similarity.apply(p)).collect();
+    let rest: Vec<[f64; 2]> = rest.iter().map(|p| p.map(|x| x * similarity.scale)).collect();
     let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis]);
     let mut now: Vec<[f64; 2]> = placed.iter().zip(&correction).map(|(p, c)| [p[0] + c[0], p[1] + c[1]]).collect();
     for _ in 0..ROUNDS {
-        let turns = rotations(shape, &rest, &now);
+        let turns = rotations(elastic, &rest, &now);
         let mut right = pull.clone();
-        for &(i, j, w) in &shape.edges {
+        for &(i, j, w) in &elastic.edges {
             let (i, j) = (i as usize, j as usize);
             let edge = [rest[i][0] - rest[j][0], rest[i][1] - rest[j][1]];
             let (c, s) = (turns[i][0] + turns[j][0], turns[i][1] + turns[j][1]);
@@ -67,9 +107,9 @@ pub fn deformed(shape: &FlatShape, pulls: &[Pull]) -> Result<Vec<[f64; 2]>, Fact
 }
 
 /// The best rotation of every vertex's star as (cos, sin).
-fn rotations(shape: &FlatShape, rest: &[[f64; 2]], now: &[[f64; 2]]) -> Vec<[f64; 2]> {
+fn rotations(elastic: &Elastic, rest: &[[f64; 2]], now: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut turns = vec![[0.0; 2]; rest.len()];
-    for &(i, j, w) in &shape.edges {
+    for &(i, j, w) in &elastic.edges {
         let (i, j) = (i as usize, j as usize);
         let e = [rest[i][0] - rest[j][0], rest[i][1] - rest[j][1]];
         let d = [now[i][0] - now[j][0], now[i][1] - now[j][1]];
@@ -95,12 +135,12 @@ struct Similarity {
 
 impl Similarity {
     /// The weighted least-squares similarity from the pulled vertices to their targets, without reflection.
-    fn fitted(shape: &FlatShape, pulls: &[Pull]) -> Similarity {
+    fn fitted(rest: &[[f64; 2]], pulls: &[Pull]) -> Similarity {
         let total: f64 = pulls.iter().map(|p| p.weight).sum();
         let mean = |at: &dyn Fn(&Pull) -> [f64; 2]| -> [f64; 2] {
             std::array::from_fn(|axis| pulls.iter().map(|p| p.weight * at(p)[axis]).sum::<f64>() / total)
         };
-        let from = |p: &Pull| shape.positions[p.vertex as usize];
+        let from = |p: &Pull| rest[p.vertex as usize];
         let (a, b) = (mean(&from), mean(&|p| p.target));
         let (mut c, mut s, mut spread) = (0.0, 0.0, 0.0);
         for p in pulls {
@@ -126,24 +166,26 @@ impl Similarity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::connectivity::boundary_vertices;
     use crate::mesh::solids::sheet;
-    use crate::numerics::Unwatched;
 
-    fn shape() -> FlatShape {
-        FlatShape::new(&sheet(12, 5), &Unwatched).unwrap()
+    /// A shape at rest, and the vertices of its outline.
+    fn shape() -> (Elastic, Vec<[f64; 2]>, Vec<u32>) {
+        let mesh = sheet(12, 5);
+        let rest = mesh.positions().iter().map(|&[x, y, _]| [x, y]).collect();
+        let outline = boundary_vertices(&mesh);
+        let outline = (0..).zip(outline).filter(|&(_, is_of_it)| is_of_it).map(|(v, _)| v).collect();
+        (Elastic::new(&mesh).unwrap(), rest, outline)
     }
 
     #[test]
     fn pulls_of_a_similarity_move_the_whole_without_strain() {
-        let shape = shape();
+        let (elastic, rest, outline) = shape();
         let (s, c) = 0.8f64.sin_cos();
         let place = |[x, y]: [f64; 2]| [1.7 * (c * x - s * y) + 0.3, 1.7 * (s * x + c * y) - 2.0];
-        let pulls: Vec<Pull> = shape
-            .outline
-            .iter()
-            .map(|&vertex| Pull { vertex, target: place(shape.positions[vertex as usize]), weight: 0.5 })
-            .collect();
-        for (now, rest) in deformed(&shape, &pulls).unwrap().iter().zip(&shape.positions) {
+        let pulls: Vec<Pull> =
+            outline.iter().map(|&vertex| Pull { vertex, target: place(rest[vertex as usize]), weight: 0.5 }).collect();
+        for (now, rest) in deformed(&elastic, &rest, &pulls).unwrap().iter().zip(&rest) {
             let expected = place(*rest);
             assert!((now[0] - expected[0]).hypot(now[1] - expected[1]) < 1e-9);
         }
@@ -151,15 +193,12 @@ mod tests {
 
     #[test]
     fn a_strong_pull_is_followed_and_without_any_there_is_no_answer() {
-        let shape = shape();
-        let mut pulls: Vec<Pull> = shape
-            .outline
-            .iter()
-            .map(|&vertex| Pull { vertex, target: shape.positions[vertex as usize], weight: 1e-3 })
-            .collect();
+        let (elastic, rest, outline) = shape();
+        let mut pulls: Vec<Pull> =
+            outline.iter().map(|&vertex| Pull { vertex, target: rest[vertex as usize], weight: 1e-3 }).collect();
         pulls[0].weight = 1e6;
         pulls[0].target[1] += 0.1;
-        let now = deformed(&shape, &pulls).unwrap()[pulls[0].vertex as usize];
+        let now = deformed(&elastic, &rest, &pulls).unwrap()[pulls[0].vertex as usize];
         assert!((now[0] - pulls[0].target[0]).hypot(now[1] - pulls[0].target[1]) < 1e-4);
     }
 }
