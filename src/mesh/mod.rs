@@ -4,6 +4,7 @@ pub mod connectivity;
 mod cut;
 mod disjoint_sets;
 pub(crate) mod edges;
+pub mod farthest_points;
 pub mod figure;
 pub mod file_mesh;
 pub mod formats;

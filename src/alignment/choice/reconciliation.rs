@@ -9,6 +9,7 @@ use crate::alignment::prepared::sampled_distances::Place;
 use crate::alignment::scene::Scene;
 use crate::alignment::scene::landmarks::{Landmarks, MISSED, Pair};
 use crate::alignment::search::pose::exchanges;
+use crate::mesh::farthest_points::FarthestPoints;
 use crate::numerics::Cancelled;
 
 /// What landmarks missed, and answers changed that they do not contradict, weigh beside distances bent.
@@ -121,17 +122,18 @@ impl Known<'_> {
         let told = self.landmarks.pairs.iter().take(TOLD);
         let mut anchors: Vec<Anchor> = told.map(|&pair| Anchor::of(self.scene.shape, pair)).collect();
         let most = anchors.len() + ANCHORS;
-        let mut away = vec![f64::INFINITY; map.len()];
+        let mut points = FarthestPoints::new(map.len());
         let mut passed = 0;
         while anchors.len() < most {
             self.scene.watch.proceed(0.0)?;
             for anchor in &anchors[passed..] {
-                away.iter_mut().zip(&anchor.near).for_each(|(away, &d)| *away = away.min(d));
+                points.choose(&anchor.near);
             }
             passed = anchors.len();
-            let right = (0..map.len()).filter(|&x| !wrong[x]);
-            let Some(next) = right.max_by(|&a, &b| away[a].total_cmp(&away[b])) else { break };
-            anchors.push(Anchor::of(self.scene.shape, Pair { sketch: next as u32, mesh: map[next] }));
+            // Of equals the last is taken.
+            let right = (0..map.len() as u32).rev().filter(|&x| !wrong[x as usize]);
+            let Some(next) = points.farthest(right) else { break };
+            anchors.push(Anchor::of(self.scene.shape, Pair { sketch: next, mesh: map[next as usize] }));
         }
         Ok(anchors)
     }

@@ -4,6 +4,7 @@ use super::distortion::SCALES;
 use crate::alignment::prepared::sampled_distances::Place;
 use crate::alignment::prepared::{FlatShape, PreparedMesh};
 use crate::alignment::scene::landmarks::Pair;
+use crate::mesh::farthest_points::FarthestPoints;
 use crate::numerics::{Cancelled, Watch, median};
 
 /// Sure points of the outline, and the fewest there must be.
@@ -98,13 +99,12 @@ fn nearest(fields: &[Vec<f32>], wanted: &[f64], weights: &[f64]) -> u32 {
 /// Sure vertices of the outline, far from each other.
 fn spread(shape: &FlatShape, map: &[u32], costs: &[f64]) -> Vec<Anchor> {
     let sure: Vec<u32> = shape.outline.iter().zip(costs).filter(|&(_, &cost)| cost < SURE).map(|(&v, _)| v).collect();
-    let mut nearest = vec![f64::INFINITY; map.len()];
+    let mut points = FarthestPoints::new(map.len());
     let mut anchors = Vec::new();
     while anchors.len() < ANCHORS.min(sure.len()) {
-        let farther = |best: u32, v: u32| if nearest[v as usize] > nearest[best as usize] { v } else { best };
-        let next = sure.iter().copied().fold(sure[0], farther);
+        let Some(next) = points.farthest(sure.iter().copied()) else { break };
         let anchor = Anchor::of(shape, Pair { sketch: next, mesh: map[next as usize] });
-        nearest.iter_mut().zip(&anchor.near).for_each(|(n, &d)| *n = n.min(d));
+        points.choose(&anchor.near);
         anchors.push(anchor);
     }
     anchors

@@ -5,6 +5,7 @@ use crate::alignment::error::AlignmentError;
 use crate::deformation::as_rigid_as_possible::Elastic;
 use crate::geometry::axes::{Axes, centred};
 use crate::mesh::TriangleMesh;
+use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::laplacian;
@@ -84,16 +85,16 @@ fn farthest_points(
     watch: &dyn Watch,
 ) -> Result<(Vec<u32>, Vec<Vec<f64>>), Cancelled> {
     let squared = |v: &usize| positions[*v][0].powi(2) + positions[*v][1].powi(2);
-    let mut next = (0..positions.len()).min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(0);
+    let mut next = (0..positions.len()).min_by(|a, b| squared(a).total_cmp(&squared(b))).map(|v| v as u32);
     let count = SAMPLES.min(positions.len());
     let (mut samples, mut fields) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut nearest = vec![f64::INFINITY; positions.len()];
-    while samples.len() < count {
+    let mut points = FarthestPoints::new(positions.len());
+    while let Some(sample) = next.filter(|_| samples.len() < count) {
         watch.proceed(samples.len() as f64 / count as f64)?;
-        let field = marching.distances(&[next as u32]);
-        samples.push(next as u32);
-        nearest.iter_mut().zip(&field).for_each(|(near, &d)| *near = near.min(d));
-        next = (0..nearest.len()).fold(0, |best, v| if nearest[v] > nearest[best] { v } else { best });
+        let field = marching.distances(&[sample]);
+        samples.push(sample);
+        points.choose(&field);
+        next = points.farthest(0..positions.len() as u32);
         fields.push(field);
     }
     Ok((samples, fields))

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{length, subtract};
 use crate::mesh::TriangleMesh;
+use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::{Cancelled, Watch};
 
@@ -28,18 +29,14 @@ impl SampledDistances {
     pub fn new(mesh: &TriangleMesh, count: usize, watch: &dyn Watch) -> Result<Self, Cancelled> {
         let count = count.min(mesh.positions().len());
         let marching = Marching::new(mesh);
-        let mut nearest: Vec<f64> = from_the_middle(mesh.positions());
+        let mut points = FarthestPoints::new(mesh.positions().len());
+        let mut next = farthest_from_the_middle(mesh.positions());
         let (mut samples, mut fields) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for i in 0..count {
-            watch.proceed(i as f64 / count as f64)?;
-            let sample = farthest(&nearest);
+        while let Some(sample) = next.filter(|_| samples.len() < count) {
+            watch.proceed(samples.len() as f64 / count as f64)?;
             let field = marching.distances(&[sample]);
-            if i == 0 {
-                nearest.fill(f64::INFINITY);
-            }
-            for (nearest, distance) in nearest.iter_mut().zip(&field) {
-                *nearest = nearest.min(*distance);
-            }
+            points.choose(&field);
+            next = points.farthest(0..mesh.positions().len() as u32);
             samples.push(sample);
             fields.push(field.into_iter().map(|d| d as f32).collect());
         }
@@ -105,16 +102,13 @@ impl Place {
     }
 }
 
-fn from_the_middle(positions: &[[f64; 3]]) -> Vec<f64> {
+/// The vertex farthest from the mean position; of equals, the first.
+fn farthest_from_the_middle(positions: &[[f64; 3]]) -> Option<u32> {
     let n = positions.len() as f64;
     let middle: [f64; 3] = std::array::from_fn(|i| positions.iter().map(|p| p[i]).sum::<f64>() / n);
-    positions.iter().map(|&p| length(subtract(p, middle))).collect()
-}
-
-/// The index of the largest value; of equals, the first.
-fn farthest(distances: &[f64]) -> u32 {
-    let first = |best: usize, v: usize| if distances[v] > distances[best] { v } else { best };
-    (0..distances.len()).fold(0, first) as u32
+    let mut points = FarthestPoints::new(positions.len());
+    points.choose(&positions.iter().map(|&p| length(subtract(p, middle))).collect::<Vec<_>>());
+    points.farthest(0..positions.len() as u32)
 }
 
 #[cfg(test)]
