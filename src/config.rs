@@ -1,4 +1,4 @@
-//! The command line and the environment: every owner's configuration, gathered.
+//! How the service is told to serve, by the command line and the environment: every owner's configuration, gathered.
 
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -7,46 +7,10 @@ use std::time::Duration;
 
 use anyhow::ensure;
 use bytesize::ByteSize;
-use clap::{Args, Parser, Subcommand};
+use clap::Args;
 
-use crate::commands::{EigenvaluesOptions, ExampleOptions, HealthOptions, MatchOptions, WeighOptions};
-use crate::telemetry::LogFormat;
 use sketchmatch::http::origin::Origin;
 use sketchmatch::{http, store, worker};
-
-/// Matches 2D sketches to 3D meshes by functional maps.
-#[derive(Debug, Parser)]
-#[command(version, about)]
-pub struct Cli {
-    #[command(subcommand)]
-    pub command: Command,
-    /// What is logged: a level, or levels by module.
-    #[arg(long, env = "SKETCHMATCH_LOG", default_value = "info", global = true)]
-    pub log: String,
-    #[arg(long, env = "SKETCHMATCH_LOG_FORMAT", default_value = "text", global = true)]
-    pub log_format: LogFormat,
-}
-
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Serves the REST interface, with its workers in the process.
-    Serve(ServeOptions),
-    /// Matches a sketch to a mesh without a server.
-    Match(MatchOptions),
-    /// Writes the example creatures, their sketches and the true correspondences.
-    Example(ExampleOptions),
-    /// Prints the first eigenvalues of a mesh and how exact they are.
-    Eigenvalues(EigenvaluesOptions),
-    /// Judges the attempts at cases whose truth is known, and fits what chooses between them.
-    Weigh(WeighOptions),
-    /// Tells by its exit status whether a running server takes requests.
-    Health(HealthOptions),
-    /// Prints the OpenAPI document.
-    Openapi,
-    /// Reads an SVG as another process of this program asks.
-    #[command(hide = true, name = http::svg_reader::COMMAND)]
-    ReadSvg,
-}
 
 #[derive(Debug, Args)]
 pub struct ServeOptions {
@@ -193,36 +157,26 @@ impl ServeOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
+    use clap::Parser;
+
+    /// A command line of nothing but these options.
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: ServeOptions,
+    }
+
+    fn read(arguments: &[&str]) -> Result<ServeOptions, clap::Error> {
+        Line::try_parse_from(["serve"].iter().chain(arguments)).map(|line| line.options)
+    }
 
     fn serve(arguments: &[&str]) -> ServeOptions {
-        let arguments = ["sketchmatch", "serve"].iter().chain(arguments);
-        match Cli::try_parse_from(arguments).unwrap().command {
-            Command::Serve(options) => options,
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_command_line_is_sound() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn every_option_has_its_variable() {
-        for command in Cli::command().get_subcommands() {
-            let options =
-                command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
-            for option in options {
-                let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
-                assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
-            }
-        }
+        read(arguments).unwrap()
     }
 
     #[test]
     fn an_origin_that_cannot_match_is_refused() {
-        let refused = Cli::try_parse_from(["sketchmatch", "serve", "--cors-origin", "https://a.example/"]).unwrap_err();
+        let refused = read(&["--cors-origin", "https://a.example/"]).unwrap_err();
         assert!(refused.to_string().contains("without a path: https://a.example"), "{refused}");
         assert_eq!(serve(&["--cors-origin", "https://a.example,*"]).cors_origins.len(), 2);
     }
@@ -230,7 +184,7 @@ mod tests {
     #[test]
     fn a_request_may_take_longer_than_the_longest_wait() {
         assert_eq!(serve(&["--request-deadline", "2m"]).request_deadline, Duration::from_secs(120));
-        assert!(Cli::try_parse_from(["sketchmatch", "serve", "--request-deadline", "60s"]).is_err());
+        assert!(read(&["--request-deadline", "60s"]).is_err());
     }
 
     #[test]
@@ -250,7 +204,7 @@ mod tests {
         }
         assert_eq!(serve(&[]).http().max_job_memory, http::Config::default().max_job_memory);
         for size in ["", "-1", "many", "1 XB", "MiB"] {
-            assert!(Cli::try_parse_from(["sketchmatch", "serve", "--max-upload-bytes", size]).is_err(), "{size}");
+            assert!(read(&["--max-upload-bytes", size]).is_err(), "{size}");
         }
     }
 }

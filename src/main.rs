@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use config::Cli;
+use commands::Cli;
 
 fn main() -> ExitCode {
     match commands::run(Cli::parse()) {

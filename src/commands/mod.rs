@@ -13,16 +13,50 @@ use std::io::{Write, stdin, stdout};
 use std::path::Path;
 
 use anyhow::Context;
+use clap::{Parser, Subcommand};
 
-use crate::config::{Cli, Command};
-use crate::telemetry;
+use crate::config::ServeOptions;
+use crate::telemetry::{self, LogFormat};
+use eigenvalues::EigenvaluesOptions;
+use example::ExampleOptions;
+use health::HealthOptions;
+use matching::MatchOptions;
 use sketchmatch::http::{openapi, svg_reader};
+use weigh::WeighOptions;
 
-pub use eigenvalues::EigenvaluesOptions;
-pub use example::ExampleOptions;
-pub use health::HealthOptions;
-pub use matching::MatchOptions;
-pub use weigh::WeighOptions;
+/// Matches 2D sketches to 3D meshes by functional maps.
+#[derive(Debug, Parser)]
+#[command(version, about)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+    /// What is logged: a level, or levels by module.
+    #[arg(long, env = "SKETCHMATCH_LOG", default_value = "info", global = true)]
+    pub log: String,
+    #[arg(long, env = "SKETCHMATCH_LOG_FORMAT", default_value = "text", global = true)]
+    pub log_format: LogFormat,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Serves the REST interface, with its workers in the process.
+    Serve(ServeOptions),
+    /// Matches a sketch to a mesh without a server.
+    Match(MatchOptions),
+    /// Writes the example creatures, their sketches and the true correspondences.
+    Example(ExampleOptions),
+    /// Prints the first eigenvalues of a mesh and how exact they are.
+    Eigenvalues(EigenvaluesOptions),
+    /// Judges the attempts at cases whose truth is known, and fits what chooses between them.
+    Weigh(WeighOptions),
+    /// Tells by its exit status whether a running server takes requests.
+    Health(HealthOptions),
+    /// Prints the OpenAPI document.
+    Openapi,
+    /// Reads an SVG as another process of this program asks.
+    #[command(hide = true, name = svg_reader::COMMAND)]
+    ReadSvg,
+}
 
 /// Does what the command line says.
 ///
@@ -49,4 +83,27 @@ fn printed(text: &str) -> anyhow::Result<()> {
 
 fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
     fs::read(path).with_context(|| format!("reading {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_has_its_variable() {
+        for command in Cli::command().get_subcommands() {
+            let options =
+                command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
+            for option in options {
+                let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
+                assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
+            }
+        }
+    }
 }

@@ -5,5 +5,5 @@ pub mod axes;
 pub mod frame;
 mod vectors;
 
-pub use areas::{doubled_area, triangle_area};
+pub use areas::{doubled_area, doubled_area_of_sides, triangle_area};
 pub use vectors::{cross, dot, length, subtract, unit};

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::mending::{Mends, mended};
+use super::sound::Sound;
 use super::{TriangleMesh, content_hash};
 
 /// The vertices and triangles of a user's file, untouched, and the sound mesh made of them.
@@ -115,17 +116,6 @@ impl FileMesh {
         }
         hasher.finalize()
     }
-}
-
-/// The sound mesh of a file in terms of its vertices.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sound {
-    /// Of the sound mesh's own vertices.
-    pub triangles: Vec<[u32; 3]>,
-    /// As [`FileMesh::origins`].
-    pub origins: Vec<u32>,
-    /// As [`FileMesh::merged`].
-    pub merged: Vec<u32>,
 }
 
 impl From<TriangleMesh> for FileMesh {

@@ -17,6 +17,7 @@ mod polygon;
 pub mod refusal;
 #[cfg(test)]
 pub(crate) mod solids;
+pub mod sound;
 mod soundness;
 pub mod validation;
 mod warnings;

@@ -5,7 +5,7 @@
 //! Delaunay: it stays what it is, and its vertices too, while no weight is negative.
 
 use super::laplacian::Triangles;
-use crate::geometry::{length, subtract};
+use crate::geometry::{doubled_area_of_sides, length, subtract};
 use crate::mesh::TriangleMesh;
 use crate::mesh::edges::{Edges, HalfEdge, triangle_of};
 
@@ -26,7 +26,7 @@ const ALONE: HalfEdge = HalfEdge::MAX;
 /// Whether a triangle of the mesh is so thin that its operator is to be made from another triangulation.
 pub(super) fn is_thin(mesh: &TriangleMesh) -> bool {
     lengths(mesh).iter().any(|&lengths| {
-        let (longest, area) = (lengths.into_iter().fold(0.0, f64::max), doubled_area(lengths));
+        let (longest, area) = (lengths.into_iter().fold(0.0, f64::max), doubled_area_of_sides(lengths));
         // Not a number where rounding leaves no triangle.
         area.is_nan() || area <= THIN * longest * longest
     })
@@ -44,13 +44,6 @@ pub(super) fn delaunay(mesh: &TriangleMesh) -> Triangles {
 fn lengths(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
     let side = |a: u32, b: u32| length(subtract(mesh.positions()[b as usize], mesh.positions()[a as usize]));
     mesh.triangles().iter().map(|&[a, b, c]| [side(a, b), side(b, c), side(c, a)]).collect()
-}
-
-/// Twice the area of a triangle of these sides, by Kahan's form of Heron's formula; not a number where they make none.
-pub(super) fn doubled_area(mut sides: [f64; 3]) -> f64 {
-    sides.sort_by(|a, b| b.total_cmp(a));
-    let [a, b, c] = sides;
-    0.5 * ((a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))).sqrt()
 }
 
 /// Triangles glued along their sides; vertices may be joined by several edges, and by an edge with themselves.
@@ -119,7 +112,7 @@ impl Surface {
     /// The cotangent of the angle opposite a half-edge.
     fn cotangent(&self, h: HalfEdge) -> f64 {
         let [a, b, c] = sides_from(h).map(|side| self.side(side));
-        (b * b + c * c - a * a) / (2.0 * doubled_area([a, b, c]))
+        (b * b + c * c - a * a) / (2.0 * doubled_area_of_sides([a, b, c]))
     }
 
     /// Replaces the edge of two half-edges by the other diagonal of its quadrilateral; the four sides of that.
@@ -131,7 +124,7 @@ impl Surface {
         let apex = |to_start: f64, to_end: f64| {
             let base = self.side(h);
             let x = (to_start * to_start - to_end * to_end + base * base) / (2.0 * base);
-            (x, doubled_area([base, to_start, to_end]) / base)
+            (x, doubled_area_of_sides([base, to_start, to_end]) / base)
         };
         let ((kx, ky), (mx, my)) = (apex(self.side(ki), self.side(jk)), apex(self.side(im), self.side(mj)));
         let across = (kx - mx).hypot(ky + my);

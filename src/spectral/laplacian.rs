@@ -2,8 +2,7 @@
 
 use sprs::CsMat;
 
-use super::intrinsic::doubled_area;
-use crate::geometry::{cross, dot, length, subtract};
+use crate::geometry::{cross, dot, doubled_area_of_sides, length, subtract};
 use crate::mesh::TriangleMesh;
 
 /// How the area of a triangle is shared among its vertices.
@@ -48,10 +47,10 @@ impl Triangles {
         let cotangents = |t: usize| {
             // Side i begins at corner i: the angle at a corner is opposite the side that begins at the next one.
             let [c, a, b] = self.lengths[t];
-            let area = doubled_area([a, b, c]);
+            let area = doubled_area_of_sides([a, b, c]);
             [[a, b, c], [b, c, a], [c, a, b]].map(|[a, b, c]| (b * b + c * c - a * a) / (2.0 * area))
         };
-        let shares = |t: usize| [doubled_area(self.lengths[t]) / 6.0; 3];
+        let shares = |t: usize| [doubled_area_of_sides(self.lengths[t]) / 6.0; 3];
         (assembled(n, &self.corners, cotangents), summed(n, &self.corners, shares))
     }
 }

@@ -5,7 +5,8 @@ use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 use super::tensors::{self, Array};
 use super::{Kind, StoreError};
 use crate::mesh::TriangleMesh;
-use crate::mesh::file_mesh::{FileMesh, Sound};
+use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::sound::Sound;
 use crate::sketch::{Sketch, YAxis};
 
 /// A geometry as it is stored.

@@ -10,7 +10,7 @@ pub(super) mod gluing;
 mod places;
 
 use super::edges::{self, Edges, HalfEdge, triangle_of};
-use super::file_mesh::Sound;
+use super::sound::Sound;
 use super::soundness;
 use super::winding::{Winding, wound};
 use fans::{Fans, fans};
