@@ -1,12 +1,11 @@
 //! What is told of a job.
 
-use std::time::{Duration, UNIX_EPOCH};
-
 use serde::Serialize;
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::matches::path;
+use super::paths;
+use super::timestamp::timestamp;
 use crate::store::{Job, State};
 
 /// A match and how far it is.
@@ -78,7 +77,7 @@ pub struct Links {
 
 impl From<Job> for MatchDocument {
     fn from(job: Job) -> MatchDocument {
-        let itself = path(&job.id);
+        let itself = paths::of_match(&job.id);
         MatchDocument {
             name: job.name,
             mesh: job.mesh.unwrap_or_default(),
@@ -114,10 +113,4 @@ impl From<State> for Status {
             State::Cancelled => Status::Cancelled,
         }
     }
-}
-
-/// Milliseconds since 1970 as RFC 3339 in UTC.
-pub fn timestamp(milliseconds: i64) -> String {
-    let since = Duration::from_millis(u64::try_from(milliseconds).unwrap_or(0));
-    humantime::format_rfc3339_millis(UNIX_EPOCH + since).to_string()
 }

@@ -15,27 +15,19 @@ use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::inline_sketch::InlineSketch;
 use super::job_document::MatchDocument;
-use super::page::{Listing, PageQuery};
+use super::page::{Listing, PageQuery, cursor_fault};
 use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::shapes::{self, cursor_fault};
-use super::{App, PREFERENCE_APPLIED, json, memory};
+use super::{App, PREFERENCE_APPLIED, json, memory, paths, shapes};
 use crate::alignment::prepared::standing::Up;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
 use crate::store::{Job, JobKind, Kind, MEMORY, NewJob, Shape};
 
-const PATH: &str = "/v1/matches";
-
 /// Seconds after which to look at an unfinished match again.
 const LOOK_AGAIN: u32 = 1;
-
-/// The address of a match.
-pub fn path(id: &str) -> String {
-    format!("{PATH}/{id}")
-}
 
 /// What a match is asked for with beside its request.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -78,7 +70,7 @@ pub async fn create(
     let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
-    let id = location.trim_start_matches(PATH).trim_start_matches('/');
+    let id = location.trim_start_matches(paths::MATCHES).trim_start_matches('/');
     let mut response = match finished(&app, id, patience).await? {
         Some(job) => Answer::json(StatusCode::OK, Some(location), &described(&app, job).await?)?.into_response(),
         None => accepted(answer),
@@ -113,7 +105,7 @@ async fn submitted(
         ..NewJob::of(JobKind::Match, &payload)
     };
     let job = app.queued(&job).await?;
-    Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &described(app, job).await?)
+    Answer::json(StatusCode::ACCEPTED, Some(paths::of_match(&job.id)), &described(app, job).await?)
 }
 
 /// The request with every value filled in, also in JSON, checked against the shapes it names. A sketch within it is kept
@@ -259,7 +251,7 @@ async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     let jobs = app.store.jobs(JobKind::Match, &query.page()?).await.map_err(cursor_fault)?;
-    query.listing(PATH, jobs, Job::cursor, |job| Ok(MatchDocument::from(job)))
+    query.listing(paths::MATCHES, jobs, Job::cursor, |job| Ok(MatchDocument::from(job)))
 }
 
 /// Tells how far a match is.

@@ -22,6 +22,7 @@ mod observation;
 pub mod openapi;
 pub mod origin;
 mod page;
+mod paths;
 pub mod pictures;
 mod portraits;
 mod preference;
@@ -33,7 +34,9 @@ mod results;
 mod shapes;
 pub mod sketches;
 mod spectra;
+mod stored_result;
 pub mod svg_reader;
+mod timestamp;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::problem::{Fault, Problem};
-use crate::store;
+use crate::store::{self, StoreError};
 
 const DEFAULT_LIMIT: u32 = 20;
 const LARGEST_LIMIT: u32 = 100;
@@ -61,5 +61,16 @@ impl PageQuery {
         let mut response = Json(Listing { items, next }).into_response();
         response.headers_mut().extend(link.map(|link| (header::LINK, link)));
         Ok(response)
+    }
+}
+
+/// A cursor that is none of ours is the client's fault, everything else the store's.
+pub fn cursor_fault(error: StoreError) -> Problem {
+    match error {
+        StoreError::Cursor => {
+            let fault = Fault::in_query("after", "this is not where a page ended");
+            Problem::refused("the page is not acceptable", vec![fault])
+        }
+        error => error.into(),
     }
 }

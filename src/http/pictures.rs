@@ -8,12 +8,10 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use utoipa::{IntoParams, ToSchema};
 
-use super::App;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{OCTETS, Wanted};
-use super::results::stored;
-use super::shapes;
+use super::{App, shapes, stored_result};
 use crate::geometry::cross;
 use crate::geometry::frame::Frame;
 use crate::mesh::file_mesh::FileMesh;
@@ -213,7 +211,7 @@ pub async fn of_match(
     let wanted = wanted(query.format, headers)?;
     let form = if wanted.media_type() == SVG { Form::Svg } else { Form::Png };
     let look = Look { form, width: width(query.width, WIDTH)?, alternative: query.alternative };
-    drawn(&app, wanted, look, stored(&app, &id).await?).await
+    drawn(&app, wanted, look, stored_result::of_match(&app, &id).await?).await
 }
 
 /// Answers the functional map of a match as a heat map: a row per eigenfunction of the mesh and a column per one of the
@@ -233,7 +231,7 @@ pub async fn of_matrix(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let wanted = wanted(query.format, headers)?;
-    let result = stored(&app, &id).await?;
+    let result = stored_result::of_match(&app, &id).await?;
     let wanted = wanted.made_of(&app, result.clone(), "matrix".to_owned()).await?;
     wanted.answer(&app, move |media_type| matrix(media_type, &result)).await
 }
@@ -257,7 +255,7 @@ pub async fn of_mesh(
 ) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[GLB, OCTETS])?;
     let look = Look { alternative: query.alternative, ..Look::from(Form::Glb) };
-    drawn(&app, wanted, look, stored(&app, &id).await?).await
+    drawn(&app, wanted, look, stored_result::of_match(&app, &id).await?).await
 }
 
 /// Which shapes a result is of, and how many alternatives it has.

@@ -1,20 +1,18 @@
 //! The results of matches.
 
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
 use serde::Deserialize;
 
-use super::App;
-use super::matches::found;
 use super::npy;
 use super::pictures::{self, Form, GLB};
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::{JSON, NPY, Wanted};
+use super::{App, stored_result};
 use crate::pipeline::outcome::MatchResult;
-use crate::store::{Job, State as JobState};
 
 const CSV: &str = "text/csv";
 
@@ -32,7 +30,7 @@ const CSV: &str = "text/csv";
 )]
 pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, CSV, NPY, GLB])?;
-    let result = stored(&app, &id).await?;
+    let result = stored_result::of_match(&app, &id).await?;
     if wanted.media_type() == GLB {
         return pictures::drawn(&app, wanted, Form::Glb.into(), result).await;
     }
@@ -42,29 +40,6 @@ pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Res
         _ => Ok(result),
     };
     wanted.answer(&app, write).await
-}
-
-/// The result of a match as it was written.
-///
-/// # Errors
-/// 404 where there is no such match, 409 where it has no result.
-pub async fn stored(app: &App, id: &str) -> Result<Bytes, Problem> {
-    let job = found(app, id).await?;
-    if job.state != JobState::Succeeded {
-        return Err(unavailable(&job));
-    }
-    app.store.result(id).await?.ok_or_else(|| Problem::not_found(format_args!("result of match {id}")))
-}
-
-/// 409: why there is no result.
-fn unavailable(job: &Job) -> Problem {
-    let reason = job.error.as_ref().and_then(|error| error.get("detail")?.as_str());
-    match (job.state, reason) {
-        (JobState::Cancelled, _) => Problem::new(StatusCode::CONFLICT, "the match was cancelled"),
-        (_, Some(reason)) => Problem::new(StatusCode::CONFLICT, format!("the match failed: {reason}")),
-        (state, None) if state.finished() => Problem::new(StatusCode::CONFLICT, "the match failed"),
-        _ => Problem::new(StatusCode::CONFLICT, "the match is not finished").retry_after(1),
-    }
 }
 
 /// What a table of the correspondences needs of a result.

@@ -10,16 +10,15 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::App;
 use super::body::{JsonBody, Upload};
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
-use super::job_document::timestamp;
-use super::json;
-use super::page::PageQuery;
+use super::page::{PageQuery, cursor_fault};
 use super::problem::{Fault, Problem};
+use super::timestamp::timestamp;
+use super::{App, json, paths};
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
-use crate::store::{Deletion, Kind, Shape, StoreError};
+use crate::store::{Deletion, Kind, Shape};
 
 /// Characters of a name at most.
 const LONGEST_NAME: usize = 200;
@@ -45,14 +44,6 @@ impl Kind {
         match self {
             Kind::Mesh => "mesh",
             Kind::Sketch => "sketch",
-        }
-    }
-
-    /// Where the shapes of this kind are listed.
-    pub(super) fn path(self) -> &'static str {
-        match self {
-            Kind::Mesh => "/v1/meshes",
-            Kind::Sketch => "/v1/sketches",
         }
     }
 }
@@ -110,13 +101,13 @@ pub async fn once(
     answer: impl Future<Output = Result<Answer, Problem>>,
 ) -> Result<Response, Problem> {
     let print = app.off_runtime(move || fingerprint(&[&upload.bytes, query.as_bytes()])).await?;
-    let route = format!("POST {}", kind.path());
+    let route = format!("POST {}", paths::of_shapes(kind));
     Ok(key.once(&app.store, &route, &print, answer).await?.into_response())
 }
 
 /// The answer to an upload: 201 for a new shape, 200 for one whose content was known.
 pub fn uploaded<T: DeserializeOwned + Serialize>((shape, new): (Shape, bool)) -> Result<Answer, Problem> {
-    let location = format!("{}/{}", shape.kind.path(), shape.id);
+    let location = paths::of_shape(shape.kind, &shape.id);
     let status = if new { StatusCode::CREATED } else { StatusCode::OK };
     Answer::json(status, Some(location), &document::<T>(shape)?)
 }
@@ -127,7 +118,7 @@ where
     T: DeserializeOwned + Serialize,
 {
     let shapes = app.store.shapes(kind, &query.page()?).await.map_err(cursor_fault)?;
-    query.listing(kind.path(), shapes, Shape::cursor, document::<T>)
+    query.listing(paths::of_shapes(kind), shapes, Shape::cursor, document::<T>)
 }
 
 /// What a shape is to be called.
@@ -170,17 +161,6 @@ pub async fn deleted(app: &App, kind: Kind, id: &str) -> Result<StatusCode, Prob
             Err(Problem::new(StatusCode::CONFLICT, detail).retry_after(1))
         }
         Deletion::Missing => Err(missing(kind, id)),
-    }
-}
-
-/// A cursor that is none of ours is the client's fault, everything else the store's.
-pub fn cursor_fault(error: StoreError) -> Problem {
-    match error {
-        StoreError::Cursor => {
-            let fault = Fault::in_query("after", "this is not where a page ended");
-            Problem::refused("the page is not acceptable", vec![fault])
-        }
-        error => error.into(),
     }
 }
 

@@ -16,7 +16,7 @@ use super::job_document::{Progress, Status};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
-use super::{memory, npy, shapes};
+use super::{memory, npy, paths, shapes};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::spectral::{Boundary, Spectrum};
@@ -188,7 +188,7 @@ impl Asked {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
         };
-        let location = format!("{}/{id}/spectrum?k={k}&boundary={boundary}", kind.path());
+        let location = format!("{}/spectrum?k={k}&boundary={boundary}", paths::of_shape(*kind, id));
         let location = HeaderValue::try_from(location).map_err(Problem::internal)?;
         let document = PendingSpectrum {
             status: job.state.into(),
