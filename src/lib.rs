@@ -64,6 +64,10 @@ pub mod pipeline;
 #[cfg(feature = "service")]
 pub mod fitting;
 
+/// What is stored, written out: tables, arrays, pictures, coloured meshes.
+#[cfg(feature = "service")]
+pub mod export;
+
 /// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
 #[cfg(feature = "service")]
 pub mod store;

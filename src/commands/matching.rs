@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::output::Output;
 use super::{printed, read};
-use sketchmatch::http::pictures::{self, Form};
+use sketchmatch::export::picture::{self, Form};
 use sketchmatch::http::problem::Problem;
 use sketchmatch::http::{self, svg_reader};
 use sketchmatch::mesh::formats::{Format, Limits};
@@ -33,7 +33,7 @@ pub struct MatchOptions {
     #[arg(short, long, env = "SKETCHMATCH_OUTPUT")]
     output: Option<PathBuf>,
     /// Where a picture of the match goes, by the file's ending: .png, .svg, or .glb for the coloured mesh.
-    #[arg(long, env = "SKETCHMATCH_PICTURE", value_name = "FILE", value_parser = picture)]
+    #[arg(long, env = "SKETCHMATCH_PICTURE", value_name = "FILE", value_parser = picture_file)]
     picture: Option<PictureFile>,
 }
 
@@ -44,7 +44,7 @@ struct PictureFile {
     form: Form,
 }
 
-fn picture(path: &str) -> Result<PictureFile, String> {
+fn picture_file(path: &str) -> Result<PictureFile, String> {
     let path = PathBuf::from(path);
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let form = match ending.as_str() {
@@ -83,7 +83,7 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
         None => printed(&text)?,
     }
     if let Some((PictureFile { form, .. }, output)) = options.picture.as_ref().zip(picture) {
-        output.write(&pictures::file((*form).into(), text.as_bytes(), &sketch.sketch, &mesh.mesh)?)?;
+        output.write(&picture::file((*form).into(), text.as_bytes(), &sketch.sketch, &mesh.mesh)?)?;
     }
     let of_sketch = sketch.warnings.iter().map(|warning| format!("{}: {}", options.sketch.display(), warning.detail));
     let of_mesh = mesh.warnings.iter().map(|warning| format!("{}: {}", options.mesh.display(), warning.detail));
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_picture_comes_in_the_form_its_name_says() {
-        let form = |file: &str| picture(file).map(|picture| picture.form);
+        let form = |file: &str| picture_file(file).map(|picture| picture.form);
         assert_eq!((form("a/b.png"), form("b.SVG"), form("b.c.glb")), (Ok(Form::Png), Ok(Form::Svg), Ok(Form::Glb)));
         for file in ["b.jpg", "png", ".png", "b.", ""] {
             assert!(form(file).unwrap_err().contains(".png, .svg or .glb"), "{file}");

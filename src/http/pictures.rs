@@ -12,12 +12,9 @@ use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{OCTETS, Wanted};
 use super::{App, shapes, stored_result};
-use crate::geometry::cross;
-use crate::geometry::frame::Frame;
-use crate::mesh::file_mesh::FileMesh;
-use crate::picture::{self, Matched, Unfit, WIDTH, WIDTHS, heat_map};
-use crate::pipeline::outcome::ViewReport;
-use crate::sketch::Sketch;
+use crate::export::functional_map;
+use crate::export::picture::{self, Form, Look};
+use crate::picture::{WIDTH, WIDTHS};
 
 pub(super) const PNG: &str = "image/png";
 pub(super) const SVG: &str = "image/svg+xml";
@@ -85,111 +82,6 @@ pub(super) fn width(asked: Option<u32>, usual: u32) -> Result<u32, Problem> {
     }
 }
 
-/// What a picture of a match is a file of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    Png,
-    Svg,
-    /// The mesh alone, in space.
-    Glb,
-}
-
-/// How a picture of a match is to be.
-#[derive(Clone, Copy, Debug)]
-pub struct Look {
-    pub form: Form,
-    /// In pixels; of no meaning in space.
-    pub width: u32,
-    /// Which alternative is shown instead of the answer.
-    pub alternative: Option<usize>,
-}
-
-impl From<Form> for Look {
-    /// The answer in this form, of the usual width.
-    fn from(form: Form) -> Look {
-        Look { form, width: WIDTH, alternative: None }
-    }
-}
-
-/// Why a picture was not drawn.
-#[derive(Debug, thiserror::Error)]
-pub enum Undrawn {
-    #[error("the result cannot be read: {0}")]
-    Result(#[from] serde_json::Error),
-    #[error("the result has no such alternative")]
-    NoAlternative,
-    #[error(transparent)]
-    Unfit(#[from] Unfit),
-    #[error("the picture cannot be encoded: {0}")]
-    Picture(#[from] image::ImageError),
-    #[error("the mesh cannot be encoded: {0}")]
-    Mesh(#[from] gltf::Error),
-}
-
-/// What a picture needs of a result.
-#[derive(Deserialize)]
-struct Seen {
-    correspondences: Vec<Point>,
-    alignment: Option<Alignment>,
-    alternatives: Vec<Alternative>,
-}
-
-#[derive(Deserialize)]
-struct Point {
-    mesh_vertex: u32,
-    /// Nothing where it is not known.
-    confidence: Option<f64>,
-}
-
-#[derive(Deserialize)]
-struct Alignment {
-    view: ViewReport,
-}
-
-#[derive(Deserialize)]
-struct Alternative {
-    view: ViewReport,
-    mesh_vertices: Vec<u32>,
-}
-
-impl Seen {
-    /// The result as if an alternative were its answer; its points are believed as those of the answer.
-    fn instead(mut self, alternative: usize) -> Option<Seen> {
-        let Alternative { view, mesh_vertices } = self.alternatives.drain(..).nth(alternative)?;
-        self.correspondences.iter_mut().zip(mesh_vertices).for_each(|(point, vertex)| point.mesh_vertex = vertex);
-        Some(Seen { alignment: Some(Alignment { view }), ..self })
-    }
-}
-
-/// A file with a picture of the result, as the service wrote it, of a match of these two shapes.
-///
-/// # Errors
-/// A result that cannot be read, is of other shapes or has no such alternative; what an encoder reports.
-pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &FileMesh) -> Result<Vec<u8>, Undrawn> {
-    let seen: Seen = serde_json::from_slice(result)?;
-    let seen = match look.alternative {
-        Some(alternative) => seen.instead(alternative).ok_or(Undrawn::NoAlternative)?,
-        None => seen,
-    };
-    let view = seen.alignment.map(|Alignment { view: ViewReport { toward_camera, up } }| Frame {
-        right: cross(up, toward_camera),
-        up,
-        toward_camera,
-    });
-    let points = seen.correspondences.into_iter();
-    let points = points.map(|Point { mesh_vertex, confidence }| {
-        // Where there is no such vertex this is one past the last, and refused.
-        let vertex = mesh.sound_vertices(mesh_vertex).next().unwrap_or(mesh.sound().positions().len() as u32);
-        (vertex, confidence.unwrap_or(0.0))
-    });
-    let pair = Matched::new(sketch, mesh.sound(), points, view)?;
-    Ok(match look.form {
-        Form::Png => picture::png(&pair, look.width)?,
-        Form::Svg => picture::svg(&pair, look.width)?.into_bytes(),
-        Form::Glb => picture::glb(&pair, mesh)?,
-    })
-}
-
 /// Answers a picture of a match: the sketch, the mesh in the view it was matched in, and the mesh from 60° beside it.
 ///
 /// What corresponds has one colour; what nothing corresponds to is light grey, and what is matched without confidence
@@ -233,7 +125,11 @@ pub async fn of_matrix(
     let wanted = wanted(query.format, headers)?;
     let result = stored_result::of_match(&app, &id).await?;
     let wanted = wanted.made_of(&app, result.clone(), "matrix".to_owned()).await?;
-    wanted.answer(&app, move |media_type| matrix(media_type, &result)).await
+    let draw = move |media_type| match media_type {
+        SVG => functional_map::svg(&result),
+        _ => functional_map::png(&result),
+    };
+    wanted.answer(&app, draw).await
 }
 
 /// Answers the mesh of a match in the colours of the sketch, as glTF 2.0 binary.
@@ -280,24 +176,5 @@ pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) 
         return Ok(unchanged);
     }
     let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
-    wanted.answer(app, move |_| file(look, &result, &sketch, &mesh).map(Bytes::from)).await
-}
-
-/// What a heat map needs of a result.
-#[derive(Deserialize)]
-struct Map {
-    c: Matrix,
-}
-
-#[derive(Deserialize)]
-struct Matrix {
-    values: Vec<Vec<f64>>,
-}
-
-fn matrix(media_type: &str, result: &[u8]) -> Result<Bytes, Undrawn> {
-    let Map { c: Matrix { values } } = serde_json::from_slice(result)?;
-    Ok(match media_type {
-        SVG => heat_map::svg(&values)?.into(),
-        _ => heat_map::png(&values)?.into(),
-    })
+    wanted.answer(app, move |_| picture::file(look, &result, &sketch, &mesh).map(Bytes::from)).await
 }

@@ -3,15 +3,14 @@
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
-use bytes::Bytes;
-use serde::Deserialize;
 
-use super::npy;
-use super::pictures::{self, Form, GLB};
+use super::pictures::{self, GLB};
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::{JSON, NPY, Wanted};
 use super::{App, stored_result};
+use crate::export::picture::Form;
+use crate::export::{correspondences, functional_map};
 use crate::pipeline::outcome::MatchResult;
 
 const CSV: &str = "text/csv";
@@ -35,72 +34,9 @@ pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Res
         return pictures::drawn(&app, wanted, Form::Glb.into(), result).await;
     }
     let write = move |media_type| match media_type {
-        CSV => csv(&result),
-        NPY => matrix(&result),
+        CSV => correspondences::csv(&result),
+        NPY => functional_map::npy(&result),
         _ => Ok(result),
     };
     wanted.answer(&app, write).await
-}
-
-/// What a table of the correspondences needs of a result.
-#[derive(Deserialize)]
-struct Points {
-    correspondences: Vec<Correspondence>,
-}
-
-#[derive(Deserialize)]
-struct Correspondence {
-    sketch_vertex: u64,
-    point: [f64; 2],
-    mesh_vertex: u64,
-    confidence: Option<f64>,
-}
-
-/// The correspondences as a table with a header; an empty field where a confidence is not known.
-fn csv(result: &[u8]) -> serde_json::Result<Bytes> {
-    let Points { correspondences } = serde_json::from_slice(result)?;
-    let mut table = String::from("sketch_vertex,x,y,mesh_vertex,confidence\r\n");
-    for Correspondence { sketch_vertex, point: [x, y], mesh_vertex, confidence } in correspondences {
-        let confidence = confidence.map(|value| value.to_string()).unwrap_or_default();
-        table.push_str(&format!("{sketch_vertex},{x},{y},{mesh_vertex},{confidence}\r\n"));
-    }
-    Ok(table.into())
-}
-
-/// What an array of C needs of a result.
-#[derive(Deserialize)]
-struct Map {
-    c: Matrix,
-}
-
-#[derive(Deserialize)]
-struct Matrix {
-    rows: usize,
-    columns: usize,
-    values: Vec<Vec<f64>>,
-}
-
-/// C as an array, mesh by sketch.
-fn matrix(result: &[u8]) -> serde_json::Result<Bytes> {
-    let Map { c: Matrix { rows, columns, values } } = serde_json::from_slice(result)?;
-    Ok(npy::file(rows, columns, values.into_iter().flatten()).into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tabulates_correspondences() {
-        let result = br#"{"correspondences": [{"sketch_vertex": 0, "point": [1.5, -2], "mesh_vertex": 7, "confidence": 0.5},
-                                              {"sketch_vertex": 1, "point": [0, 0], "mesh_vertex": 8, "confidence": null}]}"#;
-        let table = csv(result).unwrap();
-        assert_eq!(table, "sketch_vertex,x,y,mesh_vertex,confidence\r\n0,1.5,-2,7,0.5\r\n1,0,0,8,\r\n");
-    }
-
-    #[test]
-    fn lays_out_c_by_rows() {
-        let file = matrix(br#"{"c": {"rows": 2, "columns": 1, "values": [[1], [2]]}}"#).unwrap();
-        assert_eq!(file[file.len() - 16..], [1f64.to_le_bytes(), 2f64.to_le_bytes()].concat());
-    }
 }

@@ -7,7 +7,6 @@ use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
-use safetensors::tensor::{Dtype, SafeTensorError, TensorView};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -16,7 +15,8 @@ use super::job_document::{Progress, Status};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
-use super::{memory, npy, paths, shapes};
+use super::{memory, paths, shapes};
+use crate::export::{Unwritten, spectrum};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::spectral::{Boundary, Spectrum};
@@ -98,15 +98,6 @@ pub async fn of_sketch(
     Asked::new(&app, Kind::Sketch, id, query)?.answer(&app, headers).await
 }
 
-/// Why a spectrum was not written.
-#[derive(Debug, thiserror::Error)]
-enum Unwritten {
-    #[error(transparent)]
-    Json(#[from] serde_json::Error),
-    #[error(transparent)]
-    Tensors(#[from] SafeTensorError),
-}
-
 /// One spectrum of one shape.
 struct Asked {
     kind: Kind,
@@ -135,14 +126,14 @@ impl Asked {
             return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
         }
         let key = SpectrumKey { shape_hash, boundary: self.boundary };
-        let Some(spectrum) = app.store.spectrum(&key, self.k).await? else { return self.pending(app).await };
+        let Some(found) = app.store.spectrum(&key, self.k).await? else { return self.pending(app).await };
         if wanted.media_type() != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
             return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
         let write = move |media_type| match media_type {
-            NPY => Ok(eigenfunctions(&spectrum, self.k, &figure)),
-            SAFETENSORS => Ok(tensors(&spectrum, self.k, &figure)?),
-            _ => Ok::<_, Unwritten>(self.document(&spectrum)?),
+            NPY => Ok(spectrum::npy(&found, self.k, &figure)),
+            SAFETENSORS => spectrum::safetensors(&found, self.k, &figure),
+            _ => Ok::<_, Unwritten>(self.document(&found)?),
         };
         wanted.answer(app, write).await
     }
@@ -201,37 +192,4 @@ impl Asked {
 
 fn too_many(most: usize) -> Problem {
     Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
-}
-
-/// The rows of the first `k` eigenfunctions, one per vertex of the uploaded file; not a number where a vertex is none of
-/// those decomposed.
-fn rows(spectrum: &Spectrum, k: usize, figure: &Figure) -> impl Iterator<Item = f64> {
-    let eigenfunctions = spectrum.eigenfunctions.as_ref();
-    figure
-        .of_file()
-        .flat_map(move |row| (0..k).map(move |column| row.map_or(f64::NAN, |row| eigenfunctions[(row, column)])))
-}
-
-fn eigenfunctions(spectrum: &Spectrum, k: usize, figure: &Figure) -> Bytes {
-    npy::file(figure.of_file().len(), k, rows(spectrum, k, figure)).into()
-}
-
-/// `eigenvalues` (k), `eigenfunctions` (vertices × k) and `mass` (vertices, 0 outside the part decomposed and where a lower
-/// vertex is the same one).
-fn tensors(spectrum: &Spectrum, k: usize, figure: &Figure) -> Result<Bytes, SafeTensorError> {
-    let bytes = |values: &mut dyn Iterator<Item = f64>| values.flat_map(f64::to_le_bytes).collect::<Vec<u8>>();
-    let vertices = figure.of_file().len();
-    let mut mass = vec![0.0; vertices];
-    for (row, &vertex) in figure.vertices.iter().enumerate() {
-        mass[vertex as usize] += spectrum.mass[row];
-    }
-    let eigenvalues = bytes(&mut spectrum.eigenvalues.iter().copied().take(k));
-    let eigenfunctions = bytes(&mut rows(spectrum, k, figure));
-    let mass = bytes(&mut mass.into_iter());
-    let views = [
-        ("eigenvalues", TensorView::new(Dtype::F64, vec![k], &eigenvalues)?),
-        ("eigenfunctions", TensorView::new(Dtype::F64, vec![vertices, k], &eigenfunctions)?),
-        ("mass", TensorView::new(Dtype::F64, vec![vertices], &mass)?),
-    ];
-    Ok(safetensors::serialize(views, None)?.into())
 }

@@ -1,0 +1,13 @@
+//! What is stored, written out in the forms people and programs take: tables, arrays, pictures, coloured meshes.
+//!
+//! The service and the program write the same files.
+
+pub mod correspondences;
+pub mod functional_map;
+pub mod geometry;
+mod npy;
+pub mod picture;
+pub mod spectrum;
+mod unwritten;
+
+pub use unwritten::Unwritten;
