@@ -64,6 +64,10 @@ pub mod pipeline;
 #[cfg(feature = "service")]
 pub mod fitting;
 
+/// What comes in: bytes taken as meshes, sketches and values, with all that is to be said of them.
+#[cfg(feature = "service")]
+pub mod intake;
+
 /// What is stored, written out: tables, arrays, pictures, coloured meshes.
 #[cfg(feature = "service")]
 pub mod export;

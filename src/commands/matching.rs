@@ -11,8 +11,7 @@ use serde_json::{Value, json};
 use super::output::Output;
 use super::{printed, read};
 use sketchmatch::export::picture::{self, Form};
-use sketchmatch::http::problem::Problem;
-use sketchmatch::http::{self, svg_reader};
+use sketchmatch::intake::{self, Untaken, json, svg_reader};
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::numerics::Cancelled;
 use sketchmatch::pipeline::outcome::{MatchResult, Rating};
@@ -65,13 +64,13 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     check_order(options, &drawing, &solid)?;
     let [output, picture] = outputs(options)?;
     let (limits, reader) = (sketch::Config::default(), svg_reader::this_program()?);
-    let sketch = http::sketches::drawn(&drawing, sketch_type(&options.sketch))
-        .and_then(|drawn| http::sketches::imported(&drawing, drawn, (None, 0), &limits, Some(&reader)))
-        .map_err(|problem| reasons(&options.sketch, &problem))?;
+    let sketch = intake::sketch::kind(&drawing, sketch_type(&options.sketch))
+        .and_then(|kind| intake::sketch::taken(&drawing, kind, (None, 0), &limits, Some(&reader)))
+        .map_err(|untaken| reasons(&options.sketch, &untaken))?;
     let mesh_name = options.mesh.file_name().and_then(|name| name.to_str());
-    let mesh = http::meshes::format(&solid, None, None, mesh_name)
-        .and_then(|format| http::meshes::imported(&solid, format, &Limits::default()))
-        .map_err(|problem| reasons(&options.mesh, &problem))?;
+    let mesh = intake::mesh::format(&solid, None, None, mesh_name)
+        .and_then(|format| intake::mesh::taken(&solid, format, &Limits::default()))
+        .map_err(|untaken| reasons(&options.mesh, &untaken))?;
     let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?;
     let started = Instant::now();
     let clock = || started.elapsed().as_secs_f64() * 1e3;
@@ -147,15 +146,15 @@ fn outputs(options: &MatchOptions) -> anyhow::Result<[Option<Output>; 2]> {
 /// The settings of the request file, or of the empty request, for shapes of these many vertices.
 fn settings(options: &MatchOptions, sketch_vertices: usize, mesh_vertices: usize) -> anyhow::Result<Settings> {
     let path = options.request.as_deref().unwrap_or(Path::new("request"));
-    let refused = |problem: Problem| reasons(path, &problem);
+    let refused = |untaken: Untaken| reasons(path, &untaken);
     let text = options.request.as_deref().map_or_else(|| Ok(b"{}".to_vec()), read)?;
-    let mut request: Value = http::json::parsed(&text).map_err(refused)?;
+    let mut request: Value = json::parsed(&text).map_err(refused)?;
     for (field, file) in [("sketch", &options.sketch), ("mesh", &options.mesh)] {
         if let Some(request) = request.as_object_mut() {
             request.entry(field).or_insert_with(|| json!(file.to_string_lossy()));
         }
     }
-    let request: MatchRequest = http::json::parsed(request.to_string().as_bytes()).map_err(refused)?;
+    let request: MatchRequest = json::parsed(request.to_string().as_bytes()).map_err(refused)?;
     let faults = match Settings::resolve(&request) {
         Ok(settings) => {
             let faults = pipeline::check(&settings, sketch_vertices, mesh_vertices);
@@ -166,19 +165,18 @@ fn settings(options: &MatchOptions, sketch_vertices: usize, mesh_vertices: usize
         }
         Err(faults) => faults,
     };
-    let problem =
-        Problem::refused("the match cannot be carried out as asked", faults.into_iter().map(Into::into).collect());
-    Err(reasons(path, &problem))
+    let faults = faults.into_iter().map(Into::into).collect();
+    Err(refused(Untaken::unacceptable("the match cannot be carried out as asked", faults)))
 }
 
 /// A refusal as people read it: a line per reason.
-fn reasons(path: &Path, problem: &Problem) -> anyhow::Error {
-    let reasons = problem.errors.iter().map(|fault| {
+fn reasons(path: &Path, untaken: &Untaken) -> anyhow::Error {
+    let reasons = untaken.faults.iter().map(|fault| {
         let place = fault.pointer.as_deref().or(fault.place.as_deref()).unwrap_or_default();
         let place = if place.is_empty() { String::new() } else { format!("{place}: ") };
         format!("\n  {place}{}", fault.detail)
     });
-    anyhow!("{}: {}{}", path.display(), problem.detail, reasons.collect::<String>())
+    anyhow!("{}: {}{}", path.display(), untaken.detail, reasons.collect::<String>())
 }
 
 /// What came of a match, in a line.

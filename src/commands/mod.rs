@@ -21,7 +21,8 @@ use eigenvalues::EigenvaluesOptions;
 use example::ExampleOptions;
 use health::HealthOptions;
 use matching::MatchOptions;
-use sketchmatch::http::{openapi, svg_reader};
+use sketchmatch::http::openapi;
+use sketchmatch::intake::svg_reader;
 use weigh::WeighOptions;
 
 /// Matches 2D sketches to 3D meshes by functional maps.

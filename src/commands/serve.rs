@@ -12,7 +12,8 @@ use tokio_util::sync::CancellationToken;
 
 use crate::config::ServeOptions;
 use crate::telemetry::{self, Log};
-use sketchmatch::http::{self, App, svg_reader};
+use sketchmatch::http::{self, App};
+use sketchmatch::intake::svg_reader;
 use sketchmatch::store::Store;
 use sketchmatch::worker;
 

@@ -12,6 +12,7 @@ use tokio::time::timeout;
 
 use super::App;
 use super::problem::{Fault, Problem};
+use crate::intake::json::is_json;
 
 /// The media type of a form with files.
 const MULTIPART: &str = "multipart/form-data";
@@ -61,19 +62,9 @@ impl FromRequest<App> for JsonBody {
                 let (bytes, memory) = read(request, app, app.config.max_request_bytes).await?;
                 Ok(JsonBody { bytes, _memory: memory })
             }
-            _ => Err(unsupported("this call takes application/json")),
+            _ => Err(Problem::unsupported("this call takes application/json")),
         }
     }
-}
-
-/// `application/json` and its kin.
-pub fn is_json(media_type: &str) -> bool {
-    media_type == "application/json" || (media_type.starts_with("application/") && media_type.ends_with("+json"))
-}
-
-/// 415, naming what would do.
-pub fn unsupported(detail: impl Into<String>) -> Problem {
-    Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, Fault::in_header("content-type", detail))
 }
 
 /// The content type in lower case without its parameters.

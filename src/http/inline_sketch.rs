@@ -5,9 +5,9 @@ use serde_json::Value;
 
 use super::App;
 use super::problem::Problem;
-use super::sketches::{Drawn, measured, refused};
+use crate::intake::sketch::{Drawing, SketchMeasures, untaken};
 use crate::sketch::outline::OutlineRequest;
-use crate::sketch::{Config, Imported, Sketch, from_outline};
+use crate::sketch::{Config, Sketch, from_outline};
 use crate::store::Source;
 
 /// A sketch that is read and not kept yet.
@@ -31,10 +31,10 @@ impl InlineSketch {
         let bytes: Bytes = serde_json::to_vec(&request).map_err(Problem::internal)?.into();
         let (drawing, vertices) = request.into_parts();
         let imported = from_outline(&drawing, vertices, &Config::default());
-        let Imported { sketch, warnings, figures } = imported.map_err(|refusal| refused(refusal).below("/sketch"))?;
-        let body = serde_json::to_value(measured(&sketch, warnings, figures)).map_err(Problem::internal)?;
-        let source = Source { bytes, media_type: Drawn::Outline.media_type().to_owned(), parameters: String::new() };
-        Ok(InlineSketch { sketch, source, body })
+        let imported = imported.map_err(|refusal| untaken(refusal).below("/sketch"))?;
+        let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
+        let source = Source { bytes, media_type: Drawing::Outline.media_type().to_owned(), parameters: String::new() };
+        Ok(InlineSketch { sketch: imported.sketch, source, body })
     }
 
     /// Keeps the sketch as if it had been uploaded by itself, and returns its id.

@@ -11,34 +11,17 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
-use super::body::{JsonBody, Upload, unsupported};
+use super::body::{JsonBody, Upload};
 use super::idempotency::IdempotencyKey;
 use super::page::{Listing, PageQuery};
-use super::problem::{Fault, Problem};
+use super::problem::Problem;
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
 use super::shapes::{self, Renaming, ShapeDocument};
-use crate::alignment::prepared::standing::{self, Up};
-use crate::mesh::connectivity::{ComponentSummary, Summary, component_summaries, summary};
-use crate::mesh::figure::Figure;
-use crate::mesh::file_mesh::FileMesh;
-use crate::mesh::formats::{Format, Limits, foreign};
-use crate::mesh::refusal::{Refusal, Warning};
-use crate::mesh::validation::{Imported, import};
+use crate::intake::mesh::{self, MeshMeasures};
+use crate::mesh::connectivity::{ComponentSummary, component_summaries};
+use crate::mesh::formats::{Format, Limits};
 use crate::store::{Kind, Source};
-
-#[derive(Debug, Serialize, Deserialize, ToSchema)]
-pub struct MeshMeasures {
-    #[serde(flatten)]
-    summary: Summary,
-    /// What was mended, and what is to be known.
-    #[serde(deserialize_with = "shapes::known_warnings")]
-    warnings: Vec<Warning>,
-    /// Which way is up on it: what matches take unless they say otherwise, where it is surer than even. None of meshes
-    /// taken before this was told.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    up: Option<Up>,
-}
 
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -51,9 +34,6 @@ pub struct UploadQuery {
     #[param(max_length = 200)]
     name: Option<String>,
 }
-
-/// Bytes of memory per byte of a mesh file while it is read, about: STL and binary PLY, of few bytes a triangle, take most.
-const MEMORY_OF_FILE: usize = 12;
 
 /// Takes a mesh.
 ///
@@ -82,11 +62,12 @@ pub async fn upload(
     let answer = async {
         let name = shapes::name(query.name, upload.file_name.clone())?;
         let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
-        let memory = upload.bytes.len().saturating_mul(MEMORY_OF_FILE);
+        let memory = upload.bytes.len().saturating_mul(mesh::MEMORY_OF_FILE);
         let taken = app.with_memory(memory, move || {
             let Upload { bytes, media_type, file_name, .. } = &*upload;
-            let format = format(bytes, query.format, media_type.as_deref(), file_name.as_deref())?;
-            let (mesh, measures) = measured(imported(bytes, format, &limits)?, format);
+            let format = mesh::format(bytes, query.format, media_type.as_deref(), file_name.as_deref())?;
+            let imported = mesh::taken(bytes, format, &limits)?;
+            let (measures, mesh) = (MeshMeasures::of(&imported, format), imported.mesh);
             let media_type = format.media_type().to_owned();
             Ok::<_, Problem>((mesh, measures, Source { bytes: bytes.clone(), media_type, parameters: String::new() }))
         });
@@ -95,56 +76,6 @@ pub async fn upload(
         shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, source, name.as_deref(), body).await?)
     };
     shapes::once(&app, Kind::Mesh, &key, asked, answer).await
-}
-
-/// The mesh beside its measures.
-fn measured(Imported { mesh, warnings }: Imported, format: Format) -> (FileMesh, MeshMeasures) {
-    let summary = summary(&mesh);
-    let up = Some(standing::up(&Figure::largest(&mesh).mesh, format.up()));
-    (mesh, MeshMeasures { summary, warnings, up })
-}
-
-/// The format named, else that which the media type, the file's name or the bytes tell.
-///
-/// # Errors
-/// 415 where nothing tells it.
-pub fn format(
-    bytes: &[u8],
-    named: Option<Format>,
-    media_type: Option<&str>,
-    file_name: Option<&str>,
-) -> Result<Format, Problem> {
-    if let Some(foreign) = foreign::name(bytes) {
-        return Err(unsupported(format!("this is {}: {}", foreign.kind, foreign.instead)));
-    }
-    let by_name = || Format::from_name(file_name?.rsplit_once('.')?.1);
-    let format = named.or_else(|| media_type.and_then(Format::from_media_type)).or_else(by_name);
-    format.or_else(|| Format::sniff(bytes)).ok_or_else(|| {
-        unsupported("neither the content type nor the bytes tell the format: say ?format=obj|off|ply|stl|glb|gltf")
-    })
-}
-
-/// The mesh in a file of this format.
-///
-/// # Errors
-/// 413 beyond the limits, 422 with every fault of a mesh that cannot be matched.
-pub fn imported(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported, Problem> {
-    import(bytes, format, limits).map_err(refused)
-}
-
-/// The problem of a mesh that is not taken.
-fn refused(refusal: Refusal) -> Problem {
-    match refusal {
-        Refusal::TooLarge { .. } => Problem::new(StatusCode::PAYLOAD_TOO_LARGE, refusal.to_string()),
-        Refusal::Invalid(faults) => {
-            let unlisted = match faults.unlisted {
-                0 => String::new(),
-                more => format!("; {more} more faults are not listed"),
-            };
-            let faults = faults.listed.into_iter().map(|fault| Fault::at_place(fault.place.to_string(), fault.detail));
-            Problem::refused(format!("the file is not a mesh that can be matched{unlisted}"), faults.collect())
-        }
-    }
 }
 
 /// Lists the meshes, newest first.

@@ -13,10 +13,9 @@ mod host;
 mod idempotency;
 mod inline_sketch;
 mod job_document;
-pub mod json;
 mod matches;
 mod memory;
-pub mod meshes;
+mod meshes;
 mod observation;
 pub mod openapi;
 pub mod origin;
@@ -25,16 +24,15 @@ mod paths;
 mod pictures;
 mod portraits;
 mod preference;
-pub mod problem;
+mod problem;
 mod query;
 mod regularisers;
 mod representation;
 mod results;
 mod shapes;
-pub mod sketches;
+mod sketches;
 mod spectra;
 mod stored_result;
-pub mod svg_reader;
 mod timestamp;
 
 use std::path::PathBuf;
@@ -96,7 +94,7 @@ pub struct Config {
     pub max_job_memory: usize,
     /// Jobs that may wait.
     pub max_queue: usize,
-    /// The program whose processes read SVGs, see [`svg_reader`]; where there is none they are read in this one.
+    /// The program whose processes read SVGs, see [`svg_reader`](crate::intake::svg_reader); where there is none they are read in this one.
     pub svg_reader: Option<PathBuf>,
 }
 

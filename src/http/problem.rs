@@ -6,11 +6,12 @@ use std::borrow::Cow;
 use axum::body::to_bytes;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use crate::pipeline;
+pub use crate::intake::Fault;
+use crate::intake::{Cause, Untaken};
 use crate::store::{Lack, StoreError};
 
 /// Media type of every error.
@@ -39,45 +40,6 @@ pub struct Problem {
     pub errors: Vec<Fault>,
     #[serde(skip)]
     pub(super) retry_after: Option<u32>,
-}
-
-/// One fault and its place: a JSON pointer into the request's body, or the name of a place outside it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[schema(as = ProblemFault)]
-pub struct Fault {
-    /// JSON pointer (RFC 6901) into the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pointer: Option<String>,
-    /// A place no pointer reaches: a query parameter, a header, a line or face of a file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub place: Option<String>,
-    pub detail: String,
-}
-
-impl Fault {
-    pub fn at_pointer(pointer: impl Into<String>, detail: impl Into<String>) -> Fault {
-        Fault { pointer: Some(pointer.into()), place: None, detail: detail.into() }
-    }
-
-    pub fn at_place(place: impl Into<String>, detail: impl Into<String>) -> Fault {
-        Fault { pointer: None, place: Some(place.into()), detail: detail.into() }
-    }
-
-    /// A fault of the query parameter `name`.
-    pub fn in_query(name: &str, detail: impl Into<String>) -> Fault {
-        Fault::at_place(format!("query parameter {name}"), detail)
-    }
-
-    /// A fault of the header `name`.
-    pub fn in_header(name: &str, detail: impl Into<String>) -> Fault {
-        Fault::at_place(format!("header {name}"), detail)
-    }
-}
-
-impl From<pipeline::Fault> for Fault {
-    fn from(fault: pipeline::Fault) -> Fault {
-        Fault::at_pointer(fault.pointer, fault.detail)
-    }
 }
 
 impl Problem {
@@ -113,6 +75,11 @@ impl Problem {
         Problem::new(StatusCode::NOT_FOUND, format!("there is no {what}"))
     }
 
+    /// 415: of a kind that is not understood; says what would do.
+    pub fn unsupported(detail: impl Into<String>) -> Problem {
+        Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, Fault::in_header("content-type", detail))
+    }
+
     /// 413: the body has more than `limit` bytes.
     pub fn too_large(limit: usize) -> Problem {
         Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("the body is larger than the {limit} bytes allowed here"))
@@ -143,14 +110,6 @@ impl Problem {
         Problem { retry_after: Some(seconds), ..self }
     }
 
-    /// The same problem of a value that stands at a pointer of a larger one.
-    pub fn below(mut self, at: &str) -> Problem {
-        for fault in &mut self.errors {
-            fault.pointer = fault.pointer.take().map(|pointer| format!("{at}{pointer}"));
-        }
-        self
-    }
-
     /// The problem a job that failed left behind.
     pub fn of_job(error: Option<&Value>) -> Problem {
         let text = |field: &str| error.and_then(|error| error.get(field)?.as_str()).map(str::to_owned);
@@ -174,6 +133,19 @@ impl Problem {
         let message = panic.downcast_ref::<String>().map(String::as_str);
         let message = message.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
         Problem::internal(format_args!("panic: {message}")).into_response()
+    }
+}
+
+impl From<Untaken> for Problem {
+    fn from(Untaken { cause, detail, faults }: Untaken) -> Problem {
+        let of_status = |status| Problem { errors: faults.clone(), ..Problem::new(status, &detail) };
+        match cause {
+            Cause::Unsupported => Problem::unsupported(detail),
+            Cause::TooLarge => of_status(StatusCode::PAYLOAD_TOO_LARGE),
+            Cause::Malformed => of_status(StatusCode::BAD_REQUEST),
+            Cause::Unacceptable => of_status(StatusCode::UNPROCESSABLE_ENTITY),
+            Cause::Failed => Problem::internal(detail),
+        }
     }
 }
 

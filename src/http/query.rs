@@ -6,8 +6,8 @@ use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 
-use super::json::named_field;
 use super::problem::{Fault, Problem};
+use crate::intake::json::named_field;
 
 /// The query string as a `T`; an unknown, repeated or unreadable parameter is a 422 that names it.
 pub struct Query<T>(pub T);

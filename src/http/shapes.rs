@@ -6,8 +6,7 @@ use std::sync::Arc;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::body::{JsonBody, Upload};
@@ -15,7 +14,8 @@ use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::page::{PageQuery, cursor_fault};
 use super::problem::{Fault, Problem};
 use super::timestamp::timestamp;
-use super::{App, json, paths};
+use super::{App, paths};
+use crate::intake::json;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 use crate::store::{Deletion, Kind, Shape};
@@ -46,16 +46,6 @@ impl Kind {
             Kind::Sketch => "sketch",
         }
     }
-}
-
-/// Warnings of the kinds there are: those stored by an earlier version may be of kinds that are no warnings any more.
-pub(super) fn known_warnings<'de, D, W>(deserializer: D) -> Result<Vec<W>, D::Error>
-where
-    D: Deserializer<'de>,
-    W: DeserializeOwned,
-{
-    let stored = Vec::<Value>::deserialize(deserializer)?;
-    Ok(stored.into_iter().filter_map(|warning| serde_json::from_value(warning).ok()).collect())
 }
 
 /// What is known of the shape of this id, its measures stored as a `T`.

@@ -1,44 +1,26 @@
 //! Sketches: uploaded, looked at, listed.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Response;
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use serde::Deserialize;
+use utoipa::IntoParams;
 
 use super::App;
-use super::body::{JsonBody, Upload, is_json, unsupported};
+use super::body::{JsonBody, Upload};
 use super::idempotency::IdempotencyKey;
-use super::json::{self, without_mark};
 use super::page::{Listing, PageQuery};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::shapes::{self, Renaming, ShapeDocument};
-use super::svg_reader;
+use crate::intake::Untaken;
+use crate::intake::sketch::{self, SketchMeasures};
 use crate::sketch::outline::OutlineRequest;
-use crate::sketch::{
-    Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Sketch, TARGET_VERTICES, Warning,
-    from_outline, from_picture, from_svg, picture_memory,
-};
+use crate::sketch::{Config, TARGET_VERTICES};
 use crate::store::{Kind, Source};
-
-#[derive(Debug, Serialize, Deserialize, ToSchema)]
-pub struct SketchMeasures {
-    vertices: usize,
-    triangles: usize,
-    /// In squared units of the upload.
-    area: f64,
-    /// What was mended, and what is to be known.
-    #[serde(deserialize_with = "shapes::known_warnings")]
-    pub(super) warnings: Vec<Warning>,
-    /// The figures that the drawing shows, largest first; the first is taken where the upload asks for no other.
-    #[serde(default)]
-    figures: Vec<SeenFigure>,
-}
 
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -54,30 +36,6 @@ pub struct UploadQuery {
     /// A name to list the sketch under.
     #[param(max_length = 200)]
     name: Option<String>,
-}
-
-/// Bytes of memory per byte of a drawing that is text: an SVG of many short elements takes most.
-const MEMORY_OF_TEXT: usize = 32;
-
-/// The kinds of drawing that are understood.
-#[derive(Clone, Copy)]
-pub enum Drawn {
-    Outline,
-    Svg,
-    Png,
-    Jpeg,
-}
-
-impl Drawn {
-    /// The content type of a drawing of this kind.
-    pub const fn media_type(self) -> &'static str {
-        match self {
-            Drawn::Outline => "application/json",
-            Drawn::Svg => "image/svg+xml",
-            Drawn::Png => "image/png",
-            Drawn::Jpeg => "image/jpeg",
-        }
-    }
 }
 
 /// Takes a sketch: an outline as JSON (y up), an SVG, a PNG or a JPEG.
@@ -110,20 +68,22 @@ pub async fn upload(
         let config = Config { max_document_bytes: app.config.max_request_bytes, ..Config::default() };
         let (looked_at, within) = (upload.clone(), config.clone());
         let known = app.off_runtime(move || {
-            let drawn = drawn(&looked_at.bytes, looked_at.media_type.as_deref())?;
-            Ok::<_, Problem>((drawn, memory(&looked_at.bytes, drawn, &within)?))
+            let kind = sketch::kind(&looked_at.bytes, looked_at.media_type.as_deref())?;
+            Ok::<_, Untaken>((kind, sketch::memory(&looked_at.bytes, kind, &within)?))
         });
-        let (drawn, memory) = known.await??;
+        let (kind, memory) = known.await??;
         let (svg_reader, file, figure) = (app.config.svg_reader.clone(), upload.bytes.clone(), query.figure);
         // The turn and the memory are of the work, which goes on where the client hangs up; so is the upload.
         let taken = app.with_memory(memory, move || {
-            imported(&upload.bytes, drawn, (target, figure), &config, svg_reader.as_deref())
+            sketch::taken(&upload.bytes, kind, (target, figure), &config, svg_reader.as_deref())
         });
-        let Imported { sketch, warnings, figures } = taken.await??;
+        let imported = taken.await??;
         let source =
-            Source { bytes: file, media_type: drawn.media_type().to_owned(), parameters: asked_of(target, figure) };
-        let body = serde_json::to_value(measured(&sketch, warnings, figures)).map_err(Problem::internal)?;
-        shapes::uploaded::<SketchMeasures>(app.store.insert_sketch(sketch, source, name.as_deref(), body).await?)
+            Source { bytes: file, media_type: kind.media_type().to_owned(), parameters: asked_of(target, figure) };
+        let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
+        shapes::uploaded::<SketchMeasures>(
+            app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?,
+        )
     };
     shapes::once(&app, Kind::Sketch, &key, asked, answer).await
 }
@@ -143,92 +103,6 @@ fn target(asked: Option<usize>) -> Result<Option<usize>, Problem> {
     let (least, most) = TARGET_VERTICES.into_inner();
     let fault = Fault::in_query("target_vertices", format!("from {least} to {most} vertices can be asked for"));
     Err(Problem::refused("the sketch cannot be made as asked", vec![fault]))
-}
-
-/// The kind of drawing by its content type, else by its first bytes.
-///
-/// # Errors
-/// 415 for what is no drawing.
-pub fn drawn(bytes: &[u8], media_type: Option<&str>) -> Result<Drawn, Problem> {
-    match media_type {
-        Some(media_type) if is_json(media_type) => Ok(Drawn::Outline),
-        Some("image/svg+xml") => Ok(Drawn::Svg),
-        Some("image/png") => Ok(Drawn::Png),
-        Some("image/jpeg" | "image/jpg") => Ok(Drawn::Jpeg),
-        _ => sniffed(bytes).ok_or_else(|| {
-            unsupported(
-                "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them",
-            )
-        }),
-    }
-}
-
-/// The kind of drawing by its first bytes.
-fn sniffed(bytes: &[u8]) -> Option<Drawn> {
-    match without_mark(bytes).trim_ascii_start() {
-        [b'{', ..] => Some(Drawn::Outline),
-        [b'<', ..] => Some(Drawn::Svg),
-        [0x89, b'P', b'N', b'G', ..] => Some(Drawn::Png),
-        [0xff, 0xd8, 0xff, ..] => Some(Drawn::Jpeg),
-        _ => None,
-    }
-}
-
-/// Bytes of memory that a drawing takes while it is read, about.
-///
-/// # Errors
-/// 413 for text beyond its limit.
-fn memory(bytes: &[u8], drawn: Drawn, config: &Config) -> Result<usize, Problem> {
-    match drawn {
-        Drawn::Png | Drawn::Jpeg => Ok(picture_memory(bytes, config)),
-        Drawn::Outline | Drawn::Svg if bytes.len() > config.max_document_bytes => {
-            Err(Problem::too_large(config.max_document_bytes))
-        }
-        Drawn::Outline | Drawn::Svg => Ok(bytes.len().saturating_mul(MEMORY_OF_TEXT)),
-    }
-}
-
-/// The sketch in a drawing of this kind, with so many vertices and of the figure of this number; an SVG is read by a
-/// process of the program `svg_reader` where there is one.
-///
-/// # Errors
-/// 400 for broken JSON, 422 with every fault of a drawing that cannot be matched.
-pub fn imported(
-    bytes: &[u8],
-    drawn: Drawn,
-    (target, figure): (Option<usize>, usize),
-    config: &Config,
-    svg_reader: Option<&Path>,
-) -> Result<Imported, Problem> {
-    let wanted = Choice { vertices: target.unwrap_or(DEFAULT_TARGET_VERTICES), figure };
-    let imported = match drawn {
-        Drawn::Outline => {
-            let (drawing, vertices) = json::typed::<OutlineRequest>(bytes)?.into_parts();
-            from_outline(&drawing, target.unwrap_or(vertices), config)
-        }
-        Drawn::Svg => match svg_reader {
-            Some(program) => svg_reader::read(program, bytes, wanted, config).map_err(Problem::internal)?,
-            None => from_svg(bytes, wanted, config),
-        },
-        Drawn::Png | Drawn::Jpeg => from_picture(bytes, wanted, config),
-    };
-    imported.map_err(refused)
-}
-
-pub(super) fn measured(sketch: &Sketch, warnings: Vec<Warning>, figures: Vec<SeenFigure>) -> SketchMeasures {
-    let mesh = sketch.mesh();
-    let (vertices, triangles) = (mesh.positions().len(), mesh.triangles().len());
-    SketchMeasures { vertices, triangles, area: mesh.area(), warnings, figures }
-}
-
-/// The problem of a drawing that is not taken.
-pub(super) fn refused(refusal: Refusal) -> Problem {
-    let faults = refusal.faults.into_iter().map(|fault| Fault {
-        place: fault.point.map(|[x, y]| format!("point ({x}, {y})")),
-        pointer: fault.pointer,
-        detail: fault.detail,
-    });
-    Problem::refused("the drawing is not a sketch that can be matched", faults.collect())
 }
 
 /// Lists the sketches, newest first.

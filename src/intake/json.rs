@@ -8,10 +8,10 @@ use serde_json::de::StrRead;
 use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
 
-use super::problem::{Fault, Problem};
+use super::{Fault, Untaken};
 
 /// Bytes of memory per byte of JSON that its tree takes at most, about: members of objects take most.
-pub(super) const MEMORY_OF_TREE: usize = 40;
+pub const MEMORY_OF_TREE: usize = 40;
 
 /// Members of the largest object whose variants a tag tells apart, and more: in larger ones no member is looked for.
 const MOST_MEMBERS: usize = 16;
@@ -38,8 +38,8 @@ const OBJECTS: [&str; 4] = ["struct ", "struct variant ", "internally tagged enu
 /// The value a JSON body stands for, by way of its tree.
 ///
 /// # Errors
-/// 400 where the bytes are not JSON or a key occurs twice; 422 where they are JSON of another shape.
-pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+/// Malformed where the bytes are not JSON or a key occurs twice, unacceptable where they are JSON of another shape.
+pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Untaken> {
     let mut tree = tree(bytes)?;
     shaped(&mut tree).map_err(misshapen)
 }
@@ -52,7 +52,7 @@ pub fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
 pub fn parsed_apart<T: DeserializeOwned, P: DeserializeOwned>(
     bytes: &[u8],
     member: &str,
-) -> Result<(T, Option<P>), Problem> {
+) -> Result<(T, Option<P>), Untaken> {
     let mut tree = tree(bytes)?;
     let part = tree.get_mut(member).filter(|part| part.is_object());
     let part = part.map(|part| std::mem::replace(part, Value::from("")));
@@ -66,12 +66,12 @@ pub fn parsed_apart<T: DeserializeOwned, P: DeserializeOwned>(
 ///
 /// # Errors
 /// As of [`parsed`].
-pub fn typed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+pub fn typed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Untaken> {
     let text = text(bytes)?;
     if !text.trim_start().starts_with('{') {
         // An array would be taken for the members in their order.
         serde_json::from_str::<IgnoredAny>(text)
-            .map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))?;
+            .map_err(|error| Untaken::malformed(Fault::at_pointer("", error.to_string())))?;
         return Err(misshapen(Fault::at_pointer("", "invalid type: expected an object")));
     }
     let mut deserializer = serde_json::Deserializer::from_str(text);
@@ -79,7 +79,7 @@ pub fn typed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
         let (at, error) = (pointer(error.path()), error.into_inner());
         let detail = error.to_string();
         if !error.is_data() || detail.starts_with("duplicate field") {
-            return Problem::malformed(Fault::at_pointer(at, detail));
+            return Untaken::malformed(Fault::at_pointer(at, detail));
         }
         let place = format!(" at line {} column {}", error.line(), error.column());
         let detail = detail.trim_end_matches(&place).to_owned();
@@ -90,31 +90,36 @@ pub fn typed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
     Ok(value)
 }
 
-fn misshapen(fault: Fault) -> Problem {
-    Problem::refused("the body does not have the shape asked for", vec![fault])
+/// `application/json` and its kin.
+pub fn is_json(media_type: &str) -> bool {
+    media_type == "application/json" || (media_type.starts_with("application/") && media_type.ends_with("+json"))
+}
+
+fn misshapen(fault: Fault) -> Untaken {
+    Untaken::unacceptable("the body does not have the shape asked for", vec![fault])
 }
 
 /// The bytes without a byte order mark, which some editors put before a text.
-pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+pub fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-fn text(bytes: &[u8]) -> Result<&str, Problem> {
+fn text(bytes: &[u8]) -> Result<&str, Untaken> {
     std::str::from_utf8(without_mark(bytes)).map_err(|error| {
-        Problem::malformed(Fault::at_place(format!("byte {}", error.valid_up_to()), "the body is not UTF-8"))
+        Untaken::malformed(Fault::at_place(format!("byte {}", error.valid_up_to()), "the body is not UTF-8"))
     })
 }
 
 /// Refuses what comes after a value.
-fn ended<'a>(mut deserializer: serde_json::Deserializer<StrRead<'a>>) -> Result<(), Problem> {
-    deserializer.end().map_err(|error| Problem::malformed(Fault::at_pointer("", error.to_string())))
+fn ended<'a>(mut deserializer: serde_json::Deserializer<StrRead<'a>>) -> Result<(), Untaken> {
+    deserializer.end().map_err(|error| Untaken::malformed(Fault::at_pointer("", error.to_string())))
 }
 
 /// The tree of a JSON text, in which every number without a fraction is an integer, as JSON Schema has it.
-fn tree(bytes: &[u8]) -> Result<Value, Problem> {
+fn tree(bytes: &[u8]) -> Result<Value, Untaken> {
     let mut deserializer = serde_json::Deserializer::from_str(text(bytes)?);
     let Strict(tree) = serde_path_to_error::deserialize(&mut deserializer)
-        .map_err(|error| Problem::malformed(Fault::at_pointer(pointer(error.path()), error.inner().to_string())))?;
+        .map_err(|error| Untaken::malformed(Fault::at_pointer(pointer(error.path()), error.inner().to_string())))?;
     ended(deserializer)?;
     Ok(tree)
 }
@@ -142,7 +147,7 @@ fn worded(detail: String) -> String {
 }
 
 /// The field that is missing, unknown or repeated by the words of serde.
-pub(super) fn named_field(detail: &str) -> Option<&str> {
+pub fn named_field(detail: &str) -> Option<&str> {
     let field = ["missing", "unknown", "duplicate"].iter().find_map(|what| detail.strip_prefix(what))?;
     field.strip_prefix(" field `")?.split('`').next()
 }
@@ -259,18 +264,19 @@ impl<'de> Visitor<'de> for StrictVisitor {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Cause::{self, Malformed, Unacceptable};
     use super::*;
     use crate::pipeline::request::MatchRequest;
 
-    fn refusal(text: &str) -> (u16, Fault) {
-        let problem = parsed::<MatchRequest>(text.as_bytes()).unwrap_err();
-        (problem.status, problem.errors[0].clone())
+    fn refusal(text: &str) -> (Cause, Fault) {
+        let untaken = parsed::<MatchRequest>(text.as_bytes()).unwrap_err();
+        (untaken.cause, untaken.faults[0].clone())
     }
 
     #[track_caller]
-    fn assert_refused(text: &str, status: u16, pointer: &str) {
+    fn assert_refused(text: &str, cause: Cause, pointer: &str) {
         let (found, fault) = refusal(text);
-        assert_eq!((found, fault.pointer.as_deref()), (status, Some(pointer)), "{}", fault.detail);
+        assert_eq!((found, fault.pointer.as_deref()), (cause, Some(pointer)), "{}", fault.detail);
     }
 
     #[test]
@@ -281,38 +287,38 @@ mod tests {
 
     #[test]
     fn names_the_place_of_every_defect() {
-        assert_refused(r#"{"sketch": "s"}"#, 422, "/mesh");
-        assert_refused(r#"{"mesh": 1, "sketch": "s"}"#, 422, "/mesh");
-        assert_refused(r#"{"mesh": "m", "sketch": "s", "meshes": 1}"#, 422, "/meshes");
-        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": -1}}"#, 422, "/basis/k");
-        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k/": 1}}"#, 422, "/basis/k~1");
+        assert_refused(r#"{"sketch": "s"}"#, Unacceptable, "/mesh");
+        assert_refused(r#"{"mesh": 1, "sketch": "s"}"#, Unacceptable, "/mesh");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "meshes": 1}"#, Unacceptable, "/meshes");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": -1}}"#, Unacceptable, "/basis/k");
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k/": 1}}"#, Unacceptable, "/basis/k~1");
         assert_refused(
             r#"{"mesh": "m", "sketch": "s", "landmarks": [{"sketch": [0], "mesh": 1}]}"#,
-            422,
+            Unacceptable,
             "/landmarks/0/sketch",
         );
-        assert_refused("[]", 422, "");
+        assert_refused("[]", Unacceptable, "");
     }
 
     #[test]
     fn names_the_member_of_a_tagged_object() {
         let with = |regulariser: &str| format!(r#"{{"mesh": "m", "sketch": "s", "regulariser": {regulariser}}}"#);
-        assert_refused(&with(r#"{"type": "l1", "gamma": "large"}"#), 422, "/regulariser/gamma");
-        assert_refused(&with(r#"{"type": "l1", "gama": 1}"#), 422, "/regulariser/gama");
-        assert_refused(&with(r#"{"type": "l3"}"#), 422, "/regulariser/type");
-        assert_refused(&with(r#"{"gamma": 1}"#), 422, "/regulariser/type");
-        assert_refused(&with(r#"{"type": "l1", "max_iterations": 1.5}"#), 422, "/regulariser/max_iterations");
-        assert_refused(&with("7"), 422, "/regulariser");
+        assert_refused(&with(r#"{"type": "l1", "gamma": "large"}"#), Unacceptable, "/regulariser/gamma");
+        assert_refused(&with(r#"{"type": "l1", "gama": 1}"#), Unacceptable, "/regulariser/gama");
+        assert_refused(&with(r#"{"type": "l3"}"#), Unacceptable, "/regulariser/type");
+        assert_refused(&with(r#"{"gamma": 1}"#), Unacceptable, "/regulariser/type");
+        assert_refused(&with(r#"{"type": "l1", "max_iterations": 1.5}"#), Unacceptable, "/regulariser/max_iterations");
+        assert_refused(&with("7"), Unacceptable, "/regulariser");
     }
 
     #[test]
     fn names_the_member_beside_the_tag() {
         let with = |regions: &str| format!(r#"{{"mesh": "m", "sketch": "s", "regions": {regions}}}"#);
         let given = r#"{"method": "given", "sketch": [0], "mesh": [4294967296]}"#;
-        assert_refused(&with(given), 422, "/regions/mesh");
+        assert_refused(&with(given), Unacceptable, "/regions/mesh");
         let segmented = r#"{"method": "segmented", "sketch_regions": 6, "mesh_regions": 7, "pairs": [[0, 1, 2]]}"#;
-        assert_refused(&with(segmented), 422, "/regions/pairs");
-        assert_refused(&with(r#"{"method": "guessed", "pairs": 1}"#), 422, "/regions/method");
+        assert_refused(&with(segmented), Unacceptable, "/regions/pairs");
+        assert_refused(&with(r#"{"method": "guessed", "pairs": 1}"#), Unacceptable, "/regions/method");
     }
 
     #[test]
@@ -337,25 +343,25 @@ mod tests {
     fn names_the_same_places_without_a_tree() {
         use crate::sketch::outline::OutlineRequest;
         let places = [
-            ("", 400, ""),
-            ("{", 400, ""),
-            ("[]", 422, ""),
-            ("{}", 422, "/outline"),
-            (r#"{"outline": [], "outline": []}"#, 400, ""),
-            (r#"{"outline": []} 1"#, 400, ""),
-            (r#"{"outline": [], "holes": 1}"#, 422, "/holes"),
-            (r#"{"outline": [[0, 1], [0, "1"]]}"#, 422, "/outline/1/1"),
-            (r#"{"outline": [[0, 1e999]]}"#, 400, "/outline/0/1"),
-            (r#"{"outline": [[0, 1, 2]]}"#, 422, "/outline/0"),
-            (r#"{"outline": [], "out/line": []}"#, 422, "/out~1line"),
-            (r#"{"outline": [], "target_vertices": 1.5}"#, 422, "/target_vertices"),
-            (r#"{"outline": [], "target_vertices": -1}"#, 422, "/target_vertices"),
+            ("", Malformed, ""),
+            ("{", Malformed, ""),
+            ("[]", Unacceptable, ""),
+            ("{}", Unacceptable, "/outline"),
+            (r#"{"outline": [], "outline": []}"#, Malformed, ""),
+            (r#"{"outline": []} 1"#, Malformed, ""),
+            (r#"{"outline": [], "holes": 1}"#, Unacceptable, "/holes"),
+            (r#"{"outline": [[0, 1], [0, "1"]]}"#, Unacceptable, "/outline/1/1"),
+            (r#"{"outline": [[0, 1e999]]}"#, Malformed, "/outline/0/1"),
+            (r#"{"outline": [[0, 1, 2]]}"#, Unacceptable, "/outline/0"),
+            (r#"{"outline": [], "out/line": []}"#, Unacceptable, "/out~1line"),
+            (r#"{"outline": [], "target_vertices": 1.5}"#, Unacceptable, "/target_vertices"),
+            (r#"{"outline": [], "target_vertices": -1}"#, Unacceptable, "/target_vertices"),
         ];
-        for (text, status, pointer) in places {
-            let problem = typed::<OutlineRequest>(text.as_bytes()).unwrap_err();
-            let place = problem.errors[0].pointer.as_deref();
-            assert_eq!((problem.status, place), (status, Some(pointer)), "{text}: {}", problem.errors[0].detail);
-            assert_eq!(parsed::<OutlineRequest>(text.as_bytes()).unwrap_err().status, status, "{text}");
+        for (text, cause, pointer) in places {
+            let untaken = typed::<OutlineRequest>(text.as_bytes()).unwrap_err();
+            let place = untaken.faults[0].pointer.as_deref();
+            assert_eq!((untaken.cause, place), (cause, Some(pointer)), "{text}: {}", untaken.faults[0].detail);
+            assert_eq!(parsed::<OutlineRequest>(text.as_bytes()).unwrap_err().cause, cause, "{text}");
         }
         let request = typed::<OutlineRequest>(br#"{"outline": [[0, 1]], "target_vertices": 60.0}"#).unwrap();
         assert_eq!((request.outline, request.target_vertices), (vec![[0.0, 1.0]], 60));
@@ -363,11 +369,11 @@ mod tests {
 
     #[test]
     fn refuses_what_is_not_strict_json() {
-        assert_refused(r#"{"mesh": "m", "mesh": "n", "sketch": "s"}"#, 400, "");
-        assert_refused(r#"{"mesh": "m", "sketch": "s"} 1"#, 400, "");
-        assert_refused("", 400, "");
-        assert_eq!(refusal(&"[".repeat(10_000)).0, 400);
-        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": 1e999}}"#, 400, "/basis/k");
-        assert_eq!(parsed::<MatchRequest>(b"{\"mesh\": \"\xff\"}").unwrap_err().status, 400);
+        assert_refused(r#"{"mesh": "m", "mesh": "n", "sketch": "s"}"#, Malformed, "");
+        assert_refused(r#"{"mesh": "m", "sketch": "s"} 1"#, Malformed, "");
+        assert_refused("", Malformed, "");
+        assert_eq!(refusal(&"[".repeat(10_000)).0, Malformed);
+        assert_refused(r#"{"mesh": "m", "sketch": "s", "basis": {"k": 1e999}}"#, Malformed, "/basis/k");
+        assert_eq!(parsed::<MatchRequest>(b"{\"mesh\": \"\xff\"}").unwrap_err().cause, Malformed);
     }
 }
