@@ -18,7 +18,7 @@
 
 mod answer;
 mod choice;
-mod contour;
+pub mod contour;
 mod distances;
 mod error;
 mod laying;
