@@ -76,6 +76,10 @@ pub mod export;
 #[cfg(feature = "service")]
 pub mod store;
 
+/// What can be put into the queue: each kind of job with what it needs, does and answers.
+#[cfg(feature = "service")]
+pub mod jobs;
+
 /// Claims a job, runs it on the bounded pool, reports.
 #[cfg(feature = "service")]
 pub mod worker;

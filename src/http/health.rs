@@ -10,7 +10,8 @@ use utoipa::ToSchema;
 
 use super::App;
 use super::problem::Problem;
-use crate::store::{JobKind, Lack, StoreError};
+use crate::jobs::{KINDS, Kind};
+use crate::store::{Lack, StoreError};
 
 #[derive(Serialize, ToSchema)]
 pub struct Health {
@@ -79,8 +80,8 @@ pub(super) fn describe() {
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
 pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Problem> {
-    for kind in JobKind::ALL {
-        metrics::gauge!(QUEUED, "kind" => kind.as_str()).set(app.store.queued(kind).await? as f64);
+    for Kind { name, .. } in &KINDS {
+        metrics::gauge!(QUEUED, "kind" => *name).set(app.store.queued(name).await? as f64);
     }
     metrics::gauge!(FREE).set(app.store.free_bytes().await? as f64);
     metrics::gauge!(READING).set(app.reading_bytes() as f64);

@@ -22,10 +22,11 @@ use super::query::{Id, Query};
 use super::{App, PREFERENCE_APPLIED, memory, paths, shapes};
 use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
+use crate::jobs::Task;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
-use crate::store::{Job, JobKind, Kind, MEMORY, NewJob, Shape};
+use crate::store::{Job, Kind, MEMORY, NewJob, Shape};
 
 /// Seconds after which to look at an unfinished match again.
 const LOOK_AGAIN: u32 = 1;
@@ -97,14 +98,7 @@ async fn submitted(
         None => None,
     };
     let (settings, payload) = payload(app, request, inline).await?;
-    let job = NewJob {
-        mesh: Some(&settings.mesh),
-        sketch: Some(&settings.sketch),
-        name: name.as_deref(),
-        dedupe: dedupe.as_deref(),
-        taken_for: MEMORY,
-        ..NewJob::of(JobKind::Match, &payload)
-    };
+    let job = NewJob { name: name.as_deref(), dedupe: dedupe.as_deref(), taken_for: MEMORY, ..settings.job(&payload) };
     let job = app.queued(&job).await?;
     Answer::json(StatusCode::ACCEPTED, Some(paths::of_match(&job.id)), &described(app, job).await?)
 }
@@ -251,7 +245,7 @@ async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>
     responses((status = 200, description = "a page", body = Listing<MatchDocument>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
-    let jobs = app.store.jobs(JobKind::Match, &query.page()?).await.map_err(cursor_fault)?;
+    let jobs = app.store.jobs(Settings::NAME, &query.page()?).await.map_err(cursor_fault)?;
     query.listing(paths::MATCHES, jobs, Job::cursor, |job| Ok(MatchDocument::from(job)))
 }
 
@@ -299,6 +293,6 @@ pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocu
 /// # Errors
 /// 404 where there is none.
 pub async fn found(app: &App, id: &str) -> Result<Job, Problem> {
-    let job = app.store.job(id).await?.filter(|job| job.kind == JobKind::Match);
+    let job = app.store.job(id).await?.filter(|job| job.kind == Settings::NAME);
     job.ok_or_else(|| Problem::not_found(format_args!("match {id}")))
 }

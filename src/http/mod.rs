@@ -53,7 +53,8 @@ use tower_http::compression::CompressionLayer;
 use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
-use crate::store::{Job, JobChanges, JobKind, NewJob, Places, Store, Submitted};
+use crate::jobs;
+use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted};
 use connections::Limits;
 use examples::Examples;
 use host::Hosts;
@@ -217,16 +218,13 @@ impl App {
         Ok(())
     }
 
-    /// Puts a job into the queue. Spectra may take half of its places: matches are not to find it full of them.
+    /// Puts a job into the queue, of whose places its kind may take so many.
     ///
     /// # Errors
     /// 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
     async fn queued(&self, job: &NewJob<'_>) -> Result<Job, Problem> {
         let queue = self.config.max_queue;
-        let of_kind = match job.kind {
-            JobKind::Match => queue,
-            JobKind::Spectrum => queue.div_ceil(2),
-        };
+        let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
         match self.store.submit(job, Places { queue, of_kind }).await? {
             Submitted::Taken(job) => Ok(*job),
             Submitted::Full => Err(Problem::busy("the queue is full", 10)),

@@ -17,10 +17,11 @@ use super::query::{Id, Query};
 use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
 use super::{memory, paths, shapes};
 use crate::export::{Unwritten, spectrum};
+use crate::jobs::{Decomposition, Task};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::spectral::{Boundary, Spectrum};
-use crate::store::{JobKind, Kind, NewJob, SpectrumKey, SpectrumTask};
+use crate::store::{Kind, NewJob, SpectrumKey};
 
 const DEFAULT_EIGENPAIRS: usize = 20;
 
@@ -164,16 +165,12 @@ impl Asked {
     /// The problem of a decomposition that failed lately; 503 where the queue is full.
     async fn pending(&self, app: &App) -> Result<Response, Problem> {
         let Asked { kind, id, k, boundary } = self;
-        let task = SpectrumTask { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
+        let task = Decomposition { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
         let payload = serde_json::to_string(&task).map_err(Problem::internal)?;
         if let Some(failure) = app.store.late_failure(&payload, FAILURE_STANDS).await? {
             return Err(Problem::of_job(failure.error.as_ref()));
         }
-        let (mesh, sketch) = match kind {
-            Kind::Mesh => (Some(id.as_str()), None),
-            Kind::Sketch => (None, Some(id.as_str())),
-        };
-        let job = NewJob { mesh, sketch, dedupe: Some(&payload), ..NewJob::of(JobKind::Spectrum, &payload) };
+        let job = NewJob { dedupe: Some(&payload), ..task.job(&payload) };
         let job = app.queued(&job).await?;
         let boundary = match boundary {
             Boundary::Neumann => "neumann",

@@ -9,32 +9,6 @@ use sqlx::{FromRow, Row};
 
 use super::page;
 
-/// What a job does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum JobKind {
-    /// Matches a sketch to a mesh; the payload is the resolved settings.
-    Match,
-    /// Decomposes one shape; the payload names it.
-    Spectrum,
-}
-
-impl JobKind {
-    pub const ALL: [JobKind; 2] = [JobKind::Match, JobKind::Spectrum];
-
-    /// The name it is stored under.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            JobKind::Match => "match",
-            JobKind::Spectrum => "spectrum",
-        }
-    }
-
-    fn named(name: &str) -> Option<JobKind> {
-        JobKind::ALL.into_iter().find(|kind| kind.as_str() == name)
-    }
-}
-
 /// Where a job stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -75,7 +49,8 @@ impl State {
 pub struct Job {
     /// A version 7 UUID.
     pub id: String,
-    pub kind: JobKind,
+    /// What it does, by name.
+    pub kind: String,
     /// The name under which no other job is queued until this one has ended.
     pub dedupe: Option<String>,
     pub state: State,
@@ -117,9 +92,9 @@ impl<'r> FromRow<'r, AnyRow> for Job {
         let error: Option<&str> = row.try_get("error")?;
         Ok(Job {
             id: row.try_get("id")?,
-            kind: JobKind::named(row.try_get("kind")?).ok_or_else(|| unknown("kind"))?,
+            kind: row.try_get("kind")?,
             dedupe: row.try_get("dedupe")?,
-            state: State::named(row.try_get("state")?).ok_or_else(|| unknown("state"))?,
+            state: State::named(row.try_get("state")?).ok_or_else(unknown_state)?,
             name: row.try_get("name")?,
             mesh: row.try_get("mesh")?,
             sketch: row.try_get("sketch")?,
@@ -136,14 +111,15 @@ impl<'r> FromRow<'r, AnyRow> for Job {
     }
 }
 
-fn unknown(column: &str) -> sqlx::Error {
-    sqlx::Error::Decode(format!("unknown {column} of a job").into())
+fn unknown_state() -> sqlx::Error {
+    sqlx::Error::Decode("unknown state of a job".into())
 }
 
 /// A job to be put into the queue.
 #[derive(Clone, Copy, Debug)]
 pub struct NewJob<'a> {
-    pub kind: JobKind,
+    /// What it does, by name.
+    pub kind: &'a str,
     /// What is to be done, in JSON.
     pub payload: &'a str,
     /// The shapes it needs, which have to be there.
@@ -159,7 +135,7 @@ pub struct NewJob<'a> {
 
 impl<'a> NewJob<'a> {
     /// A job that needs no shape and has no name.
-    pub const fn of(kind: JobKind, payload: &'a str) -> NewJob<'a> {
+    pub const fn of(kind: &'a str, payload: &'a str) -> NewJob<'a> {
         NewJob { kind, payload, mesh: None, sketch: None, name: None, dedupe: None, taken_for: Duration::ZERO }
     }
 }

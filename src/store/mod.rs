@@ -34,11 +34,11 @@ pub use changes::{JobChanges, QueueChanges};
 use directory::Directory;
 pub use error::{Lack, StoreError};
 pub use idempotency::{MEMORY, Remembered, Turn};
-pub use job::{Beat, Job, JobKind, Lease, NewJob, Places, State, Submitted, problem};
+pub use job::{Beat, Job, Lease, NewJob, Places, State, Submitted, problem};
 pub use page::Page;
 pub use queue::{LEASE, MAX_TRIES};
 pub use shapes::{Deletion, Kind, Shape, Source, SourceFile};
-pub use spectra::{SpectrumKey, SpectrumTask};
+pub use spectra::SpectrumKey;
 
 /// Where everything is kept.
 #[derive(Clone, Debug)]
@@ -199,14 +199,14 @@ mod tests {
     async fn after_a_close_the_database_alone_is_whole() {
         let (directory, store) = fresh().await;
         let places = Places { queue: 1, of_kind: 1 };
-        store.submit(&NewJob::of(JobKind::Match, "1"), places).await.unwrap();
+        store.submit(&NewJob::of("match", "1"), places).await.unwrap();
         store.close().await.unwrap();
         drop(store);
         let copy = directory.path().join("copy");
         fs::create_dir(&copy).unwrap();
         fs::copy(directory.path().join("data/sketchmatch.db"), copy.join("sketchmatch.db")).unwrap();
         let copied = Store::open(&Config { data_dir: copy }).await.unwrap();
-        assert_eq!(copied.queued(JobKind::Match).await.unwrap(), 1);
+        assert_eq!(copied.queued("match").await.unwrap(), 1);
     }
 
     #[tokio::test]

@@ -5,9 +5,7 @@ use serde_json::Value;
 use sqlx::AssertSqlSafe;
 use uuid::Uuid;
 
-use super::{
-    Beat, Job, JobKind, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem,
-};
+use super::{Beat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem};
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
@@ -51,8 +49,7 @@ impl Store {
                       AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
                       ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
         let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
-        let query =
-            sqlx::query(insert).bind(&id).bind(kind.as_str()).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
+        let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
         let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
         if query.execute(&self.pool).await?.rows_affected() == 1 {
             self.changes.tell_of_queue();
@@ -107,9 +104,9 @@ impl Store {
     ///
     /// # Errors
     /// What the database said.
-    pub async fn queued(&self, kind: JobKind) -> Result<i64, StoreError> {
+    pub async fn queued(&self, kind: &str) -> Result<i64, StoreError> {
         let sql = "SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $1";
-        Ok(sqlx::query_scalar(sql).bind(kind.as_str()).fetch_one(&self.pool).await?)
+        Ok(sqlx::query_scalar(sql).bind(kind).fetch_one(&self.pool).await?)
     }
 
     /// The job as it stands, if there is one.
@@ -125,18 +122,14 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Cursor`], or what the database said.
-    pub async fn jobs(&self, kind: JobKind, page: &Page) -> Result<Vec<Job>, StoreError> {
+    pub async fn jobs(&self, kind: &str, page: &Page) -> Result<Vec<Job>, StoreError> {
         let (created_ms, id) = page.bound()?;
         let sql = format!(
             "SELECT {} FROM jobs WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
              ORDER BY created_ms DESC, id DESC LIMIT $4",
             Job::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql))
-            .bind(kind.as_str())
-            .bind(created_ms)
-            .bind(id)
-            .bind(i64::from(page.limit));
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(kind).bind(created_ms).bind(id).bind(i64::from(page.limit));
         Ok(query.fetch_all(&self.pool).await?)
     }
 
@@ -145,7 +138,7 @@ impl Store {
     ///
     /// # Errors
     /// What the database said.
-    pub async fn claim(&self, kinds: &[JobKind]) -> Result<Option<Lease>, StoreError> {
+    pub async fn claim(&self, kinds: &[&str]) -> Result<Option<Lease>, StoreError> {
         let sql = format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, tries = tries + 1, \
              revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
@@ -155,7 +148,7 @@ impl Store {
             Job::COLUMNS
         );
         for kind in kinds {
-            let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(LEASE_MS).bind(kind.as_str());
+            let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(LEASE_MS).bind(*kind);
             // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
             let leases: Vec<Lease> = query.fetch_all(&self.pool).await?;
             if let Some(lease) = leases.into_iter().next() {

@@ -1,9 +1,8 @@
 use faer::Mat;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
-use serde::{Deserialize, Serialize};
 
 use super::tensors::{self, Array};
-use super::{Kind, Store, StoreError, blocking};
+use super::{Store, StoreError, blocking};
 use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum, rung};
 
 /// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
@@ -17,17 +16,6 @@ const ROWS: usize = 64;
 pub struct SpectrumKey {
     /// Content of the mesh that was decomposed.
     pub shape_hash: blake3::Hash,
-    pub boundary: Boundary,
-}
-
-/// Payload of a [`JobKind::Spectrum`](super::JobKind::Spectrum): the spectrum of a stored shape's largest component.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SpectrumTask {
-    /// Id of the shape.
-    pub shape: String,
-    pub kind: Kind,
-    /// Number of eigenpairs.
-    pub k: usize,
     pub boundary: Boundary,
 }
 

@@ -1,12 +1,10 @@
 //! What the worker measures of its jobs.
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
 use metrics::{counter, describe_counter, describe_gauge, describe_histogram, gauge, histogram};
 
-use crate::pipeline::{Stage, TOTAL};
-use crate::store::JobKind;
+use crate::jobs::{KINDS, Kind};
 
 /// How an attempt at a job came to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,42 +52,37 @@ impl Ended {
 const RUNNING: &str = "sketchmatch_jobs_running";
 const ENDED: &str = "sketchmatch_jobs_total";
 const SECONDS: &str = "sketchmatch_job_seconds";
-const STAGE_SECONDS: &str = "sketchmatch_stage_seconds";
 
 /// Says what is measured here and sets it to nothing, so that what has not happened yet is 0 and not unknown.
 pub(super) fn describe() {
     describe_gauge!(RUNNING, "Jobs that are being computed.");
     describe_counter!(ENDED, "Attempts at jobs that came to an end, by kind and outcome.");
     describe_histogram!(SECONDS, "Seconds from the begin of an attempt at a job to its end, by kind.");
-    describe_histogram!(STAGE_SECONDS, "Seconds a match spent in a stage.");
     gauge!(RUNNING).set(0);
-    for kind in JobKind::ALL {
-        let _ = histogram!(SECONDS, "kind" => kind.as_str());
+    for Kind { name, .. } in &KINDS {
+        let _ = histogram!(SECONDS, "kind" => *name);
         for outcome in Ended::ALL {
-            counter!(ENDED, "kind" => kind.as_str(), "outcome" => outcome.name()).absolute(0);
+            counter!(ENDED, "kind" => *name, "outcome" => outcome.name()).absolute(0);
         }
-    }
-    for stage in Stage::ALL {
-        let _ = histogram!(STAGE_SECONDS, "stage" => stage.name());
     }
 }
 
 /// An attempt under way: one of [`RUNNING`].
 pub(super) struct Attempt {
-    kind: JobKind,
+    kind: String,
     begun: Instant,
 }
 
 impl Attempt {
-    pub fn begin(kind: JobKind) -> Attempt {
+    pub fn begin(kind: &str) -> Attempt {
         gauge!(RUNNING).increment(1);
-        Attempt { kind, begun: Instant::now() }
+        Attempt { kind: kind.to_owned(), begun: Instant::now() }
     }
 
     /// Counts the attempt and its time, and returns the seconds it took.
     pub fn end(self, ended: Ended) -> f64 {
-        let (kind, seconds) = (self.kind.as_str(), self.begun.elapsed().as_secs_f64());
-        counter!(ENDED, "kind" => kind, "outcome" => ended.name()).increment(1);
+        let (kind, seconds) = (self.kind.clone(), self.begun.elapsed().as_secs_f64());
+        counter!(ENDED, "kind" => kind.clone(), "outcome" => ended.name()).increment(1);
         histogram!(SECONDS, "kind" => kind).record(seconds);
         seconds
     }
@@ -101,13 +94,6 @@ impl Drop for Attempt {
     }
 }
 
-/// Takes the times of a match's stages, in milliseconds, into [`STAGE_SECONDS`].
-pub(super) fn stages(milliseconds: &BTreeMap<String, f64>) {
-    for (stage, taken) in milliseconds.iter().filter(|(stage, _)| *stage != TOTAL) {
-        histogram!(STAGE_SECONDS, "stage" => stage.clone()).record(taken / 1e3);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use metrics_exporter_prometheus::PrometheusBuilder;
@@ -115,13 +101,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn attempts_and_stages_are_measured_by_name() {
+    fn attempts_are_measured_by_name() {
         let recorder = PrometheusBuilder::new().build_recorder();
         let text = metrics::with_local_recorder(&recorder, || {
             describe();
-            let _running = Attempt::begin(JobKind::Match);
-            Attempt::begin(JobKind::Spectrum).end(Ended::Cancelled);
-            stages(&BTreeMap::from([("map".to_owned(), 250.0), (TOTAL.to_owned(), 300.0)]));
+            let _running = Attempt::begin("match");
+            Attempt::begin("spectrum").end(Ended::Cancelled);
             recorder.handle().render()
         });
         for line in [
@@ -131,11 +116,8 @@ mod tests {
             "sketchmatch_jobs_total{kind=\"match\",outcome=\"failed\"} 0",
             "sketchmatch_job_seconds_count{kind=\"spectrum\"} 1",
             "sketchmatch_job_seconds_count{kind=\"match\"} 0",
-            "sketchmatch_stage_seconds_sum{stage=\"map\"} 0.25",
-            "sketchmatch_stage_seconds_count{stage=\"regions\"} 0",
         ] {
             assert!(text.lines().any(|found| found == line), "{line}: {text}");
         }
-        assert!(!text.contains("total\"}"), "{text}");
     }
 }

@@ -4,18 +4,11 @@
 //! queue; a task beside it reports its progress, extends the lease and passes on that somebody cancelled it.
 
 mod attempt;
-mod bench;
-mod decomposition;
-mod failure;
-mod flights;
-mod matching;
 mod measures;
 mod pool;
-mod preparations;
-mod progress;
 mod report;
 mod shares;
-mod spectra;
+mod workshop;
 
 use std::num::NonZero;
 use std::sync::Arc;
@@ -28,10 +21,10 @@ use tokio::time::{sleep, timeout};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use crate::store::{JobKind, LEASE, Lease, Store};
-use bench::{Bench, Outcome};
-use progress::Progress;
+use crate::jobs::{self, Bench, Failure, Outcome, Progress};
+use crate::store::{LEASE, Lease, Store};
 use shares::Shares;
+use workshop::Workshop;
 
 /// How often the queue is looked at when nobody tells of a change: jobs that have rested enough do not.
 const POLL: Duration = Duration::from_secs(1);
@@ -64,38 +57,41 @@ impl Default for Config {
 pub async fn run(store: Store, config: Config, shutdown: CancellationToken) -> Result<(), ThreadPoolBuildError> {
     let pool = pool::of(config.workers.max(1))?;
     measures::describe();
-    work(&Arc::new(Bench::new(store, pool, config.longest_job, Box::new(compute))), &config, &shutdown).await;
+    jobs::describe();
+    work(&Arc::new(Workshop::new(store, pool, config.longest_job, Box::new(compute))), &config, &shutdown).await;
     Ok(())
 }
 
-fn compute(bench: &Bench, lease: &Lease, progress: &Progress) -> Outcome {
-    match lease.job.kind {
-        JobKind::Match => matching::run(bench, lease, progress),
-        JobKind::Spectrum => decomposition::run(bench, lease, progress),
-    }
+/// A kind that is unknown here is known to another version of the program, and never claimed.
+fn compute(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
+    let unknown = || Failure::internal(format_args!("no job is of the kind {}", lease.job.kind), true);
+    jobs::kind(&lease.job.kind).ok_or_else(unknown)?.run(lease, bench, progress)
 }
 
-async fn work(bench: &Arc<Bench>, config: &Config, shutdown: &CancellationToken) {
+async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &CancellationToken) {
     let attempts = TaskTracker::new();
-    tokio::join!(claim_until(shutdown, bench, &attempts, config.workers.max(1)), reap_until(shutdown, &bench.store));
+    tokio::join!(
+        claim_until(shutdown, workshop, &attempts, config.workers.max(1)),
+        reap_until(shutdown, workshop.store())
+    );
     attempts.close();
     if timeout(config.grace, attempts.wait()).await.is_err() {
-        bench.stop.cancel();
+        workshop.stop.cancel();
         attempts.wait().await;
     }
 }
 
 /// Claims jobs as threads become free. A claim that has begun is carried through: a job must not be leased to nobody.
-async fn claim_until(shutdown: &CancellationToken, bench: &Arc<Bench>, attempts: &TaskTracker, workers: usize) {
+async fn claim_until(shutdown: &CancellationToken, workshop: &Arc<Workshop>, attempts: &TaskTracker, workers: usize) {
     let (slots, shares) = (Arc::new(Semaphore::new(workers)), Arc::new(Shares::new(workers)));
-    let mut changes = bench.store.queue_changes();
+    let mut changes = workshop.store().queue_changes();
     while let Some(Ok(slot)) = shutdown.run_until_cancelled(slots.clone().acquire_owned()).await {
         changes.seen();
-        match bench.store.claim(&shares.turn()).await {
+        match workshop.store().claim(&shares.turn()).await {
             Ok(Some(lease)) => {
-                let (bench, share) = (bench.clone(), shares.take(lease.job.kind));
+                let (workshop, share) = (workshop.clone(), jobs::kind(&lease.job.kind).map(|kind| shares.take(kind)));
                 attempts.spawn(async move {
-                    attempt::attempt(&bench, lease).await;
+                    attempt::attempt(&workshop, lease).await;
                     drop((slot, share));
                 });
             }

@@ -4,10 +4,9 @@ use std::time::Duration;
 
 use tokio::time::{Instant, sleep};
 
-use super::bench::{Bench, Outcome};
-use super::failure::Failure;
 use super::measures::Ended;
-use super::progress::Progress;
+use super::workshop::Workshop;
+use crate::jobs::{Failure, Outcome, Progress};
 use crate::store::{Beat, Lease, State, Store, StoreError};
 
 /// How long an outcome is kept for a store that lacks what it takes to hear of it.
@@ -34,22 +33,22 @@ pub(super) async fn beaten(store: &Store, lease: &Lease, progress: &Progress) ->
 
 /// Tells the store the outcome, again and again while it lacks what it takes: what was computed is not to be lost to a
 /// want that passes.
-pub(super) async fn until_told(bench: &Bench, lease: &Lease, progress: &Progress, outcome: &Outcome) -> Ended {
+pub(super) async fn until_told(workshop: &Workshop, lease: &Lease, progress: &Progress, outcome: &Outcome) -> Ended {
     let (begun, mut rest) = (Instant::now(), FIRST_REST);
     loop {
-        let error = match told(&bench.store, lease, outcome).await {
+        let error = match told(workshop.store(), lease, outcome).await {
             Ok(ended) => return ended,
             Err(error) => error,
         };
         if error.lack().is_none() || begun.elapsed() > PATIENCE {
             tracing::error!(%error, "a job cannot be reported on");
-            return postponed(&bench.store, lease).await.unwrap_or_else(unreported);
+            return postponed(workshop.store(), lease).await.unwrap_or_else(unreported);
         }
         tracing::warn!(%error, "a job cannot be reported on yet");
-        if bench.stop.run_until_cancelled(sleep(rest)).await.is_none() {
-            return released(bench, lease).await;
+        if workshop.stop.run_until_cancelled(sleep(rest)).await.is_none() {
+            return released(workshop, lease).await;
         }
-        if let Some(ended) = beaten(&bench.store, lease, progress).await {
+        if let Some(ended) = beaten(workshop.store(), lease, progress).await {
             return ended;
         }
         rest = LONGEST_REST.min(2 * rest);
@@ -76,8 +75,8 @@ async fn postponed(store: &Store, lease: &Lease) -> Result<Ended, StoreError> {
 }
 
 /// Gives the job back to the queue.
-pub(super) async fn released(bench: &Bench, lease: &Lease) -> Ended {
-    match bench.store.release(lease).await {
+pub(super) async fn released(workshop: &Workshop, lease: &Lease) -> Ended {
+    match workshop.store().release(lease).await {
         Ok(true) => Ended::Released,
         Ok(false) => Ended::Lost,
         Err(error) => unreported(error),

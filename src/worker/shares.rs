@@ -2,7 +2,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
-use crate::store::JobKind;
+use crate::jobs::{KINDS, Kind};
 
 /// How the threads are shared by the kinds of jobs, so that many of one kind do not keep those of another waiting.
 pub(super) struct Shares {
@@ -12,26 +12,23 @@ pub(super) struct Shares {
     pub freed: Notify,
 }
 
-#[derive(Default)]
+/// What is taken by each kind, in the order of their list.
+#[derive(Clone, Copy, Default)]
 struct Taken {
-    matches: usize,
-    spectra: usize,
-    last: Option<JobKind>,
+    threads: [usize; KINDS.len()],
+    /// When a thread was taken last, as the number of that taking; 0 where none was.
+    last: [u64; KINDS.len()],
 }
 
 /// A thread in use for a kind of job; given back when it is dropped.
 pub(super) struct Share {
     shares: Arc<Shares>,
-    kind: JobKind,
+    place: usize,
 }
 
-impl Taken {
-    fn of(&mut self, kind: JobKind) -> &mut usize {
-        match kind {
-            JobKind::Match => &mut self.matches,
-            JobKind::Spectrum => &mut self.spectra,
-        }
-    }
+/// Where in their list a kind stands.
+fn place(kind: &Kind) -> usize {
+    KINDS.iter().position(|other| other.name == kind.name).unwrap_or(0)
 }
 
 impl Shares {
@@ -43,47 +40,52 @@ impl Shares {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The kinds that a free thread may take up, the one whose turn it is first: the one that has fewer threads, else
-    /// the one that was not taken last. Of several threads spectra leave one alone: they may take long, and a match that
-    /// comes need not wait for one to end.
-    pub fn turn(&self) -> Vec<JobKind> {
-        let Taken { matches, spectra, last } = *self.taken();
-        let spectrum_first = spectra < matches || (spectra == matches && last == Some(JobKind::Match));
-        let order =
-            if spectrum_first { [JobKind::Spectrum, JobKind::Match] } else { [JobKind::Match, JobKind::Spectrum] };
-        let most_spectra = (self.threads - 1).max(1);
-        order.into_iter().filter(|kind| *kind == JobKind::Match || spectra < most_spectra).collect()
+    /// The names of the kinds that a free thread may take up, the one whose turn it is first: the one that has fewest
+    /// threads, else the one that was taken longest ago. Those that have all the threads they may have are left out.
+    pub fn turn(&self) -> Vec<&'static str> {
+        let Taken { threads, last } = *self.taken();
+        let mut places: Vec<usize> =
+            (0..KINDS.len()).filter(|&i| threads[i] < KINDS[i].threads(self.threads)).collect();
+        places.sort_by_key(|&i| (threads[i], last[i]));
+        places.into_iter().map(|i| KINDS[i].name).collect()
     }
 
     /// Takes a thread for a job of this kind.
-    pub fn take(self: &Arc<Shares>, kind: JobKind) -> Share {
-        let mut taken = self.taken();
-        *taken.of(kind) += 1;
-        taken.last = Some(kind);
+    pub fn take(self: &Arc<Shares>, kind: &Kind) -> Share {
+        let (place, mut taken) = (place(kind), self.taken());
+        taken.threads[place] += 1;
+        taken.last[place] = 1 + taken.last.iter().max().copied().unwrap_or(0);
         drop(taken);
-        Share { shares: self.clone(), kind }
+        Share { shares: self.clone(), place }
     }
 }
 
 impl Drop for Share {
     fn drop(&mut self) {
-        *self.shares.taken().of(self.kind) -= 1;
+        self.shares.taken().threads[self.place] -= 1;
         self.shares.freed.notify_one();
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::JobKind::{Match, Spectrum};
     use super::*;
+    use crate::jobs::{Decomposition, Task};
+    use crate::pipeline::Settings;
+
+    const MATCH: &str = Settings::NAME;
+    const SPECTRUM: &str = Decomposition::NAME;
+
+    fn taken(shares: &Arc<Shares>, kind: &str) -> Share {
+        shares.take(crate::jobs::kind(kind).unwrap())
+    }
 
     #[test]
     fn one_thread_takes_turns() {
         let shares = Arc::new(Shares::new(1));
-        assert_eq!(shares.turn(), [Match, Spectrum]);
-        for (taken, then) in [(Match, [Spectrum, Match]), (Spectrum, [Match, Spectrum]), (Spectrum, [Match, Spectrum])]
-        {
-            drop(shares.take(taken));
+        assert_eq!(shares.turn(), [MATCH, SPECTRUM]);
+        for (kind, then) in [(MATCH, [SPECTRUM, MATCH]), (SPECTRUM, [MATCH, SPECTRUM]), (SPECTRUM, [MATCH, SPECTRUM])] {
+            drop(taken(&shares, kind));
             assert_eq!(shares.turn(), then);
         }
     }
@@ -91,20 +93,20 @@ mod tests {
     #[test]
     fn spectra_leave_a_thread_to_matches() {
         let shares = Arc::new(Shares::new(3));
-        let first = shares.take(Spectrum);
-        assert_eq!(shares.turn(), [Match, Spectrum]);
-        let _second = shares.take(Spectrum);
-        assert_eq!(shares.turn(), [Match]);
+        let first = taken(&shares, SPECTRUM);
+        assert_eq!(shares.turn(), [MATCH, SPECTRUM]);
+        let _second = taken(&shares, SPECTRUM);
+        assert_eq!(shares.turn(), [MATCH]);
         drop(first);
-        assert_eq!(shares.turn(), [Match, Spectrum]);
+        assert_eq!(shares.turn(), [MATCH, SPECTRUM]);
     }
 
     #[test]
     fn matches_may_take_all_threads_and_then_it_is_the_turn_of_spectra() {
         let shares = Arc::new(Shares::new(2));
-        let first = shares.take(Match);
-        let _second = shares.take(Match);
+        let first = taken(&shares, MATCH);
+        let _second = taken(&shares, MATCH);
         drop(first);
-        assert_eq!(shares.turn(), [Spectrum, Match]);
+        assert_eq!(shares.turn(), [SPECTRUM, MATCH]);
     }
 }

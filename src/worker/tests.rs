@@ -6,13 +6,17 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::task::JoinHandle;
 
-use super::failure::Failure;
 use super::*;
+use crate::jobs::{Decomposition, Task};
 use crate::mesh::TriangleMesh;
 use crate::numerics::Watch;
+use crate::pipeline::Settings;
 use crate::spectral::Boundary;
 use crate::store::testing::{fresh, make_rests_short};
-use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, SpectrumTask, State, Submitted};
+use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, State, Submitted};
+
+const MATCH: &str = Settings::NAME;
+const SPECTRUM: &str = Decomposition::NAME;
 
 /// A worker in the background, on a store of its own.
 struct Running {
@@ -35,11 +39,11 @@ impl Running {
         let (directory, store) = fresh().await;
         let shutdown = CancellationToken::new();
         let pool = pool::of(config.workers).unwrap();
-        let body = Box::new(move |_: &Bench, lease: &Lease, progress: &Progress| body(lease, progress));
-        let bench = Bench::new(store.clone(), pool, config.longest_job, body);
-        let bench = Arc::new(Bench { beat: beat.unwrap_or(bench.beat), ..bench });
+        let body = Box::new(move |lease: &Lease, _: &Bench, progress: &Progress| body(lease, progress));
+        let workshop = Workshop::new(store.clone(), pool, config.longest_job, body);
+        let workshop = Arc::new(Workshop { beat: beat.unwrap_or(workshop.beat), ..workshop });
         let token = shutdown.clone();
-        let worker = tokio::spawn(async move { work(&bench, &config, &token).await });
+        let worker = tokio::spawn(async move { work(&workshop, &config, &token).await });
         Running { _directory: directory, store, shutdown, worker }
     }
 
@@ -53,10 +57,10 @@ impl Running {
     }
 
     async fn submit(&self, payload: Value) -> String {
-        self.submit_of(JobKind::Match, payload).await
+        self.submit_of(MATCH, payload).await
     }
 
-    async fn submit_of(&self, kind: JobKind, payload: Value) -> String {
+    async fn submit_of(&self, kind: &str, payload: Value) -> String {
         let places = Places { queue: 1000, of_kind: 1000 };
         match self.store.submit(&NewJob::of(kind, &payload.to_string()), places).await.unwrap() {
             Submitted::Taken(job) => job.id,
@@ -154,11 +158,7 @@ async fn cancelling_stops_the_computation_and_frees_its_thread() {
     let running = Running::with(one_thread(), as_told).await;
     let (endless, next) = (running.submit(json!("go on")).await, running.submit(json!(1)).await);
     running.reaches(&endless, State::Running).await;
-    assert_eq!(
-        running.store.queued(JobKind::Match).await.unwrap(),
-        1,
-        "only as many jobs are claimed as there are threads"
-    );
+    assert_eq!(running.store.queued(MATCH).await.unwrap(), 1, "only as many jobs are claimed as there are threads");
     running.store.cancel(&endless).await.unwrap();
     running.reaches(&next, State::Succeeded).await;
     let (_directory, store) = running.stop().await;
@@ -210,12 +210,12 @@ async fn many_spectra_do_not_keep_a_match_waiting() {
     let running = Running::with(Config { workers: 2, ..Config::default() }, as_told).await;
     let mut spectra = Vec::new();
     for _ in 0..4 {
-        spectra.push(running.submit_of(JobKind::Spectrum, json!("go on")).await);
+        spectra.push(running.submit_of(SPECTRUM, json!("go on")).await);
     }
     running.reaches(&spectra[0], State::Running).await;
     let id = running.submit(json!(1)).await;
     running.reaches(&id, State::Succeeded).await;
-    assert_eq!(running.store.queued(JobKind::Spectrum).await.unwrap(), 3);
+    assert_eq!(running.store.queued(SPECTRUM).await.unwrap(), 3);
     for id in spectra {
         running.store.cancel(&id).await.unwrap();
     }
@@ -265,7 +265,7 @@ async fn after_the_grace_running_jobs_are_given_back() {
     let (_directory, store) = running.stop().await;
     let job = store.job(&id).await.unwrap().unwrap();
     assert_eq!((job.state, job.started_ms, job.stage), (State::Queued, None, None));
-    assert_eq!(store.claim(&JobKind::ALL).await.unwrap().unwrap().job.attempt, 2);
+    assert_eq!(store.claim(&[MATCH]).await.unwrap().unwrap().job.attempt, 2);
 }
 
 fn octahedron() -> TriangleMesh {
@@ -282,8 +282,8 @@ fn of_no_file() -> Source {
 async fn a_spectrum_is_computed_and_kept() {
     let running = Running::for_real().await;
     let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
-    let task = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
-    let job = running.submit_of(JobKind::Spectrum, json!(task)).await;
+    let task = Decomposition { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
+    let job = running.submit_of(SPECTRUM, json!(task)).await;
     running.reaches(&job, State::Succeeded).await;
     let result = running.store.result(&job).await.unwrap().unwrap();
     let result: Value = serde_json::from_slice(&result).unwrap();
@@ -299,10 +299,10 @@ async fn a_spectrum_is_computed_and_kept() {
 async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
     let running = Running::for_real().await;
     let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
-    let too_long = SpectrumTask { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
-    let nobody = SpectrumTask { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
+    let too_long = Decomposition { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
+    let nobody = Decomposition { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
     for (task, reason) in [(too_long, "7 eigenfunctions"), (nobody, "no mesh mesh_nobody")] {
-        let job = running.submit_of(JobKind::Spectrum, json!(task)).await;
+        let job = running.submit_of(SPECTRUM, json!(task)).await;
         let error = running.reaches(&job, State::Failed).await.error.unwrap();
         assert_eq!(error["status"], 422);
         assert!(error["detail"].as_str().unwrap().contains(reason), "{error}");

@@ -10,8 +10,11 @@ use crate::store::{JobChanges, MEMORY};
 /// More than any test submits.
 const PLACES: Places = Places { queue: 1000, of_kind: 1000 };
 
+const MATCH: &str = "match";
+const SPECTRUM: &str = "spectrum";
+
 /// Whatever waits, matches first.
-const ANY: [JobKind; 2] = [JobKind::Match, JobKind::Spectrum];
+const ANY: [&str; 2] = [MATCH, SPECTRUM];
 
 async fn taken(store: &Store, job: &NewJob<'_>) -> Job {
     match store.submit(job, PLACES).await.unwrap() {
@@ -21,7 +24,7 @@ async fn taken(store: &Store, job: &NewJob<'_>) -> Job {
 }
 
 async fn submitted(store: &Store, number: i64) -> Job {
-    taken(store, &NewJob::of(JobKind::Match, &number.to_string())).await
+    taken(store, &NewJob::of(MATCH, &number.to_string())).await
 }
 
 async fn claim(store: &Store) -> Option<Lease> {
@@ -57,18 +60,18 @@ async fn jobs_are_claimed_in_order_by_the_kinds_asked_for() {
     for number in 0..3 {
         matches.push(submitted(&store, number).await.id);
     }
-    let spectrum = taken(&store, &NewJob::of(JobKind::Spectrum, "{}")).await;
+    let spectrum = taken(&store, &NewJob::of(SPECTRUM, "{}")).await;
     assert_eq!(spectrum.place, Some(1));
-    assert_eq!((store.queued(JobKind::Match).await.unwrap(), store.queued(JobKind::Spectrum).await.unwrap()), (3, 1));
-    let next = async |kinds: &[JobKind]| store.claim(kinds).await.unwrap().map(|lease| lease.job.id);
-    assert_eq!(next(&[JobKind::Match]).await.as_ref(), Some(&matches[0]));
+    assert_eq!((store.queued(MATCH).await.unwrap(), store.queued(SPECTRUM).await.unwrap()), (3, 1));
+    let next = async |kinds: &[&str]| store.claim(kinds).await.unwrap().map(|lease| lease.job.id);
+    assert_eq!(next(&[MATCH]).await.as_ref(), Some(&matches[0]));
     assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, Some(2));
-    assert_eq!(next(&[JobKind::Spectrum, JobKind::Match]).await, Some(spectrum.id));
-    assert_eq!(next(&[JobKind::Spectrum, JobKind::Match]).await.as_ref(), Some(&matches[1]));
-    assert_eq!(next(&[JobKind::Spectrum]).await, None);
+    assert_eq!(next(&[SPECTRUM, MATCH]).await, Some(spectrum.id));
+    assert_eq!(next(&[SPECTRUM, MATCH]).await.as_ref(), Some(&matches[1]));
+    assert_eq!(next(&[SPECTRUM]).await, None);
     assert_eq!(next(&ANY).await.as_ref(), Some(&matches[2]));
     assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, None);
-    assert_eq!((next(&ANY).await, store.queued(JobKind::Match).await.unwrap()), (None, 0));
+    assert_eq!((next(&ANY).await, store.queued(MATCH).await.unwrap()), (None, 0));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
@@ -86,8 +89,8 @@ async fn of_many_at_once_no_more_are_taken_than_there_are_places() {
         }
         taken
     };
-    assert_eq!(taken(JobKind::Spectrum, Places { queue: 5, of_kind: 3 }).await, 3);
-    assert_eq!(taken(JobKind::Match, Places { queue: 5, of_kind: 5 }).await, 2);
+    assert_eq!(taken(SPECTRUM, Places { queue: 5, of_kind: 3 }).await, 3);
+    assert_eq!(taken(MATCH, Places { queue: 5, of_kind: 5 }).await, 2);
 }
 
 #[tokio::test]
@@ -218,7 +221,7 @@ async fn a_failure_is_final() {
 #[tokio::test]
 async fn a_failure_is_found_by_name_while_it_is_late() {
     let (_directory, store) = fresh().await;
-    let (named, lately) = (NewJob { dedupe: Some("name"), ..NewJob::of(JobKind::Spectrum, "{}") }, LEASE);
+    let (named, lately) = (NewJob { dedupe: Some("name"), ..NewJob::of(SPECTRUM, "{}") }, LEASE);
     assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
     let job = taken(&store, &named).await;
     assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
@@ -278,7 +281,7 @@ async fn deleting_takes_the_job_and_its_result() {
 #[tokio::test]
 async fn an_unfinished_job_answers_for_its_equals() {
     let (_directory, store) = fresh().await;
-    let named = |name| NewJob { dedupe: Some(name), ..NewJob::of(JobKind::Spectrum, "null") };
+    let named = |name| NewJob { dedupe: Some(name), ..NewJob::of(SPECTRUM, "null") };
     let submit = async || taken(&store, &named("key")).await;
     let first = submit().await;
     assert_eq!(submit().await, first);
@@ -293,14 +296,14 @@ async fn an_unfinished_job_answers_for_its_equals() {
     assert_ne!(submit().await.id, second.id);
     let other = taken(&store, &named("other")).await;
     assert_eq!(other.state, State::Queued);
-    assert_eq!(store.queued(JobKind::Spectrum).await.unwrap(), 2);
+    assert_eq!(store.queued(SPECTRUM).await.unwrap(), 2);
 }
 
 #[tokio::test]
 async fn a_key_makes_one_job_a_day_whatever_becomes_of_it() {
     let (_directory, store) = fresh().await;
     let submit = async |key| {
-        let once = NewJob { dedupe: Some(key), taken_for: MEMORY, ..NewJob::of(JobKind::Match, "null") };
+        let once = NewJob { dedupe: Some(key), taken_for: MEMORY, ..NewJob::of(MATCH, "null") };
         taken(&store, &once).await
     };
     let first = submit("key").await;
@@ -349,10 +352,10 @@ async fn lists_are_by_kind_from_the_newest() {
     for number in 0..5 {
         ids.insert(0, submitted(&store, number).await.id);
     }
-    taken(&store, &NewJob::of(JobKind::Spectrum, "null")).await;
+    taken(&store, &NewJob::of(SPECTRUM, "null")).await;
     let listed = |after: Option<String>, limit| {
         let store = store.clone();
-        async move { store.jobs(JobKind::Match, &Page { after, limit }).await.unwrap() }
+        async move { store.jobs(MATCH, &Page { after, limit }).await.unwrap() }
     };
     let first = listed(None, 3).await;
     let rest = listed(first.last().map(Job::cursor), 3).await;

@@ -6,7 +6,7 @@ use super::*;
 use crate::mesh::TriangleMesh;
 use crate::sketch::YAxis;
 use crate::store::testing::{fresh, open};
-use crate::store::{JobKind, NewJob, Places, Submitted};
+use crate::store::{NewJob, Places, Submitted};
 
 /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
 fn square(x: f64) -> FileMesh {
@@ -181,13 +181,13 @@ async fn a_shape_stays_while_an_unfinished_job_needs_it() {
     let (_directory, store) = fresh().await;
     let mesh = store.insert_mesh(square(0.1), source("a"), None, json!({})).await.unwrap().0.id;
     let sketch = store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap().0.id;
-    let job = NewJob { mesh: Some(&mesh), sketch: Some(&sketch), ..NewJob::of(JobKind::Match, "{}") };
+    let job = NewJob { mesh: Some(&mesh), sketch: Some(&sketch), ..NewJob::of("match", "{}") };
     let places = Places { queue: 9, of_kind: 9 };
     let Submitted::Taken(taken) = store.submit(&job, places).await.unwrap() else { panic!("there is place") };
     for _ in ["queued", "running"] {
         assert_eq!(store.delete_shape(Kind::Mesh, &mesh).await.unwrap(), Deletion::Needed);
         assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Needed);
-        store.claim(&[JobKind::Match]).await.unwrap();
+        store.claim(&["match"]).await.unwrap();
     }
     store.cancel(&taken.id).await.unwrap();
     assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Done);

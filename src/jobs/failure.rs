@@ -11,7 +11,7 @@ use crate::store::{StoreError, problem};
 
 /// Why a job has no result.
 #[derive(Debug)]
-pub(super) enum Failure {
+pub enum Failure {
     /// It was told to stop.
     Stopped,
     /// The process lacked what it takes, which is no fault of the job.

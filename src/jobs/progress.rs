@@ -6,7 +6,7 @@ use crate::pipeline::{Stage, Watcher};
 
 /// What a computation and the task that reports on it tell each other: how far it is, and whether it is to stop.
 #[derive(Default)]
-pub(super) struct Progress {
+pub struct Progress {
     stopped: AtomicBool,
     at: Mutex<(&'static str, f64)>,
 }

@@ -10,7 +10,7 @@ use crate::pipeline;
 use crate::store::Store;
 
 /// Prepared meshes out of the store, made and kept where they are not there yet; each by one job at a time.
-pub(super) struct CachedPreparations {
+pub struct CachedPreparations {
     store: Store,
     runtime: Handle,
     flights: Flights<blake3::Hash>,

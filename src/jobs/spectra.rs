@@ -11,7 +11,7 @@ use crate::spectral::{self, Boundary, SpectralError, Spectrum};
 use crate::store::{SpectrumKey, Store};
 
 /// Spectra out of the store, computed and kept where they are not there yet; each by one job at a time.
-pub(super) struct CachedSpectra {
+pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
     flights: Flights<SpectrumKey>,

@@ -9,13 +9,13 @@ use crate::numerics::{Cancelled, Watch};
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Computations under way, by key: whoever comes second waits for the first instead of doing the same.
-pub(super) struct Flights<K> {
+pub struct Flights<K> {
     under_way: Mutex<HashSet<K>>,
     landed: Condvar,
 }
 
 /// The right to be the only one to compute something; it ends when it is dropped.
-pub(super) struct Flight<'a, K: Hash + Eq> {
+pub struct Flight<'a, K: Hash + Eq> {
     flights: &'a Flights<K>,
     key: K,
 }

@@ -1,0 +1,60 @@
+//! The spectrum of a shape, computed and kept.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Bench, Failure, Progress, Task};
+use crate::mesh::figure::Figure;
+use crate::mesh::file_mesh::FileMesh;
+use crate::pipeline::Spectra;
+use crate::spectral::Boundary;
+use crate::store;
+
+/// Which spectrum: that of a stored shape's largest component.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Decomposition {
+    /// Id of the shape.
+    pub shape: String,
+    pub kind: store::Kind,
+    /// Number of eigenpairs.
+    pub k: usize,
+    pub boundary: Boundary,
+}
+
+/// What came of a decomposition; the whole spectrum is then in the cache.
+#[derive(Debug, Serialize)]
+pub struct Eigenvalues {
+    boundary: Boundary,
+    /// The first k, ascending, in units of 1/length².
+    eigenvalues: Vec<f64>,
+    k: usize,
+}
+
+impl Task for Decomposition {
+    const NAME: &'static str = "spectrum";
+    /// Matches are not to find the queue full of spectra.
+    const ONE_PLACE_IN: usize = 2;
+    /// A spectrum may take long, and a match that comes need not wait for one to end.
+    const THREADS_LEFT: usize = 1;
+    type Outcome = Eigenvalues;
+
+    fn shapes(&self) -> [Option<&str>; 2] {
+        match self.kind {
+            store::Kind::Mesh => [Some(&self.shape), None],
+            store::Kind::Sketch => [None, Some(&self.shape)],
+        }
+    }
+
+    fn run(self, _: &str, bench: &Bench, progress: &Progress) -> Result<Eigenvalues, Failure> {
+        let Decomposition { shape, kind, k, boundary } = self;
+        let mesh = match kind {
+            store::Kind::Mesh => bench.runtime.block_on(bench.store.mesh(&shape))?,
+            store::Kind::Sketch => {
+                bench.runtime.block_on(bench.store.sketch(&shape))?.map(|sketch| FileMesh::from(sketch.mesh().clone()))
+            }
+        };
+        let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no {} {shape}", kind.as_str()), &[]))?;
+        let figure = Figure::largest(&mesh);
+        let spectrum = bench.spectra.spectrum(&figure.mesh, k, boundary, progress)?;
+        Ok(Eigenvalues { boundary, eigenvalues: spectrum.eigenvalues.iter().copied().take(k).collect(), k })
+    }
+}

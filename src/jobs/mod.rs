@@ -1,0 +1,34 @@
+//! What can be put into the queue: each kind of job is a type, in a file of its own.
+//!
+//! Who asks for a job says what it is by a [`Task`]; who carries it out finds its [`Kind`] by the name it is stored under.
+
+mod bench;
+pub mod decomposition;
+mod failure;
+mod flights;
+mod kind;
+mod matching;
+mod preparations;
+mod progress;
+mod spectra;
+
+pub use bench::Bench;
+pub use decomposition::Decomposition;
+pub use failure::Failure;
+pub use kind::{Kind, Outcome, Task};
+pub use progress::Progress;
+
+use crate::pipeline::Settings;
+
+/// Every kind of job there is; of those whose turn it is the first comes first.
+pub static KINDS: [Kind; 2] = [Kind::of::<Settings>(), Kind::of::<Decomposition>()];
+
+/// The kind of this name.
+pub fn kind(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name == name)
+}
+
+/// Says what jobs measure of themselves.
+pub fn describe() {
+    matching::describe();
+}
