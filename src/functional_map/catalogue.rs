@@ -28,7 +28,7 @@ pub struct Description {
 
 /// Every regulariser a request can name, in the order of the thesis.
 pub fn descriptions() -> Vec<Description> {
-    ALL.map(description).to_vec()
+    ALL.iter().map(|about| description(about)).collect()
 }
 
 fn description(about: &About) -> Description {

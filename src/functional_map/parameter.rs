@@ -66,6 +66,33 @@ pub const fn word<T: Copy>(description: &'static str, default: T, choices: &'sta
     Declared { default, description, domain: Domain::String { default: choices[0], choices } }
 }
 
+/// A type of parameters, each with the type of its values and what is declared of it: written as an object, read strictly,
+/// and where one is left out as its default.
+macro_rules! parameters {
+    ($(#[$about:meta])* pub struct $name:ident { $($field:ident: $type:ty = $declared:expr,)+ }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $(pub $field: $type,)+
+        }
+
+        impl $name {
+            /// What is declared of its fields, under their names.
+            const PARAMETERS: &'static [$crate::functional_map::parameter::Parameter] =
+                &[$($declared.named(stringify!($field)),)+];
+        }
+
+        impl Default for $name {
+            fn default() -> $name {
+                $name { $($field: $declared.default,)+ }
+            }
+        }
+    };
+}
+
+pub(super) use parameters;
+
 impl Parameter {
     /// What is wrong with `value`, if anything; words are not judged here, they are parsed.
     pub fn fault(&self, value: f64) -> Option<String> {

@@ -1,26 +1,23 @@
 //! ρ(C) = ‖W ⊙ C‖₁, eq. 3.22.
 
 use faer::{Mat, MatRef, Scale};
-use serde::{Deserialize, Serialize};
 
 use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, entries, gamma, step};
 use crate::functional_map::MapError;
-use crate::functional_map::parameter::Declared;
+use crate::functional_map::parameter::parameters;
 use crate::functional_map::problem::Problem;
 use crate::numerics::proximal_gradient::{self, Composite};
 use crate::numerics::proximal_operators::soft_threshold;
 use crate::numerics::{Report, Stopping, Watch};
 
-/// ρ(C) = ‖W ⊙ C‖₁.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct L1 {
-    pub gamma: f64,
-    pub max_iterations: usize,
-    pub tolerance: f64,
+parameters! {
+    /// ρ(C) = ‖W ⊙ C‖₁.
+    pub struct L1 {
+        gamma: f64 = gamma(1.0),
+        max_iterations: usize = MAX_ITERATIONS,
+        tolerance: f64 = TOLERANCE,
+    }
 }
-
-const GAMMA: Declared<f64> = gamma(1.0);
 
 pub(super) static ABOUT: About = About {
     r#type: "l1",
@@ -30,14 +27,8 @@ pub(super) static ABOUT: About = About {
     },
     equation: "3.22",
     solver: "fast proximal gradient: soft thresholding of entries",
-    parameters: &[GAMMA.named("gamma"), MAX_ITERATIONS.named("max_iterations"), TOLERANCE.named("tolerance")],
+    parameters: L1::PARAMETERS,
 };
-
-impl Default for L1 {
-    fn default() -> L1 {
-        L1 { gamma: GAMMA.default, max_iterations: MAX_ITERATIONS.default, tolerance: TOLERANCE.default }
-    }
-}
 
 impl Term for L1 {
     fn about(&self) -> &'static About {

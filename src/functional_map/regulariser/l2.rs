@@ -5,20 +5,20 @@ use serde::{Deserialize, Serialize};
 
 use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, entries, gamma, step};
 use crate::functional_map::MapError;
-use crate::functional_map::parameter::{Declared, word};
+use crate::functional_map::parameter::{Declared, parameters, word};
 use crate::functional_map::problem::Problem;
 use crate::functional_map::ridge;
 use crate::numerics::conjugate_gradient::{self, Smooth};
 use crate::numerics::{Report, Stopped, Stopping, Watch};
 
-/// ρ(C) = ‖W ⊙ C‖²_F.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct L2 {
-    pub gamma: f64,
-    pub max_iterations: usize,
-    pub tolerance: f64,
-    pub solver: L2Solver,
+parameters! {
+    /// ρ(C) = ‖W ⊙ C‖²_F.
+    pub struct L2 {
+        gamma: f64 = gamma(10.0),
+        max_iterations: usize = MAX_ITERATIONS,
+        tolerance: f64 = TOLERANCE,
+        solver: L2Solver = SOLVER,
+    }
 }
 
 /// How the ℓ2 problem is solved; both reach the same C.
@@ -31,8 +31,6 @@ pub enum L2Solver {
     ConjugateGradient,
 }
 
-const GAMMA: Declared<f64> = gamma(10.0);
-
 const SOLVER: Declared<L2Solver> =
     word("both reach the same C; the exact one does not iterate", L2Solver::Exact, &["exact", "conjugate_gradient"]);
 
@@ -44,24 +42,8 @@ pub(super) static ABOUT: About = About {
     },
     equation: "3.6",
     solver: "exact row by row, or conjugate gradients (Hestenes and Stiefel) with backtracking",
-    parameters: &[
-        GAMMA.named("gamma"),
-        MAX_ITERATIONS.named("max_iterations"),
-        TOLERANCE.named("tolerance"),
-        SOLVER.named("solver"),
-    ],
+    parameters: L2::PARAMETERS,
 };
-
-impl Default for L2 {
-    fn default() -> L2 {
-        L2 {
-            gamma: GAMMA.default,
-            max_iterations: MAX_ITERATIONS.default,
-            tolerance: TOLERANCE.default,
-            solver: SOLVER.default,
-        }
-    }
-}
 
 impl Term for L2 {
     fn about(&self) -> &'static About {

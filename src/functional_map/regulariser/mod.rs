@@ -1,8 +1,8 @@
 //! What is added to the data term ‖C A − B‖²_F.
 //!
 //! A file for each regulariser holds all there is to it: ρ, its gradient or proximal operator and the minimiser, the
-//! parameters with their defaults and ranges, and its words in the catalogue. A new one is such a file, and a line each in
-//! [`Regulariser`], [`Regulariser::term`] and [`ALL`].
+//! parameters with their defaults and ranges, and its words in the catalogue. A new one is such a file and a line in the
+//! list of [`regularisers`].
 
 mod l1;
 mod l2;
@@ -21,34 +21,42 @@ use super::parameter::{Declared, Parameter, integer, number};
 use super::problem::Problem;
 use crate::numerics::{Report, Watch};
 
-pub use l1::L1;
-pub use l2::{L2, L2Solver};
-pub use least_squares::LeastSquares;
-pub use nuclear::Nuclear;
+pub use l2::L2Solver;
 
-/// The regularisation term γ ρ(C) of the problem and how it is solved.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "type", rename_all = "snake_case")]
-pub enum Regulariser {
-    None(LeastSquares),
-    L2(L2),
-    L1(L1),
-    Nuclear(Nuclear),
+/// Makes what all regularisers are of their list: the variant, whose name in snake case is the `type` in a request, the
+/// file and the type in it.
+macro_rules! regularisers {
+    ($($variant:ident = $file:ident::$term:ident,)+) => {
+        $(pub use $file::$term;)+
+
+        /// The regularisation term γ ρ(C) of the problem and how it is solved.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "type", rename_all = "snake_case")]
+        pub enum Regulariser {
+            $($variant($term),)+
+        }
+
+        /// Every regulariser a request can name, in the order of the thesis.
+        pub const ALL: &[&About] = &[$(&$file::ABOUT,)+];
+
+        impl Regulariser {
+            fn term(&self) -> &dyn Term {
+                match self {
+                    $(Regulariser::$variant(term) => term,)+
+                }
+            }
+        }
+    };
 }
 
-/// Every regulariser a request can name, in the order of the thesis.
-pub const ALL: [&About; 4] = [&least_squares::ABOUT, &l2::ABOUT, &l1::ABOUT, &nuclear::ABOUT];
+regularisers! {
+    None = least_squares::LeastSquares,
+    L2 = l2::L2,
+    L1 = l1::L1,
+    Nuclear = nuclear::Nuclear,
+}
 
 impl Regulariser {
-    fn term(&self) -> &dyn Term {
-        match self {
-            Regulariser::None(term) => term,
-            Regulariser::L2(term) => term,
-            Regulariser::L1(term) => term,
-            Regulariser::Nuclear(term) => term,
-        }
-    }
-
     /// The `type` in a request.
     pub fn name(&self) -> &'static str {
         self.term().about().r#type

@@ -1,26 +1,23 @@
 //! ρ(C) = ‖C‖_*, eq. 3.23.
 
 use faer::{Mat, MatRef};
-use serde::{Deserialize, Serialize};
 
 use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, gamma, step};
 use crate::functional_map::MapError;
-use crate::functional_map::parameter::Declared;
+use crate::functional_map::parameter::parameters;
 use crate::functional_map::problem::Problem;
 use crate::numerics::proximal_gradient::{self, Composite};
 use crate::numerics::proximal_operators::{nuclear_norm, singular_value_threshold};
 use crate::numerics::{Report, Stopping, Watch};
 
-/// ρ(C) = ‖C‖_*.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Nuclear {
-    pub gamma: f64,
-    pub max_iterations: usize,
-    pub tolerance: f64,
+parameters! {
+    /// ρ(C) = ‖C‖_*.
+    pub struct Nuclear {
+        gamma: f64 = gamma(20.0),
+        max_iterations: usize = MAX_ITERATIONS,
+        tolerance: f64 = TOLERANCE,
+    }
 }
-
-const GAMMA: Declared<f64> = gamma(20.0);
 
 pub(super) static ABOUT: About = About {
     r#type: "nuclear",
@@ -28,14 +25,8 @@ pub(super) static ABOUT: About = About {
     formula: Formula { text: "‖C A − B‖²_F + γ ‖C‖_*", latex: r"\|CA - B\|_F^2 + \gamma \|C\|_*" },
     equation: "3.23",
     solver: "fast proximal gradient: soft thresholding of singular values",
-    parameters: &[GAMMA.named("gamma"), MAX_ITERATIONS.named("max_iterations"), TOLERANCE.named("tolerance")],
+    parameters: Nuclear::PARAMETERS,
 };
-
-impl Default for Nuclear {
-    fn default() -> Nuclear {
-        Nuclear { gamma: GAMMA.default, max_iterations: MAX_ITERATIONS.default, tolerance: TOLERANCE.default }
-    }
-}
 
 impl Term for Nuclear {
     fn about(&self) -> &'static About {
