@@ -4,7 +4,7 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::float::simplify::SimplifyShape;
 use serde::Serialize;
 
-use super::view::{Frame, View};
+use super::view::{Projection, View};
 use crate::geometry::doubled_area;
 use crate::mesh::TriangleMesh;
 
@@ -25,7 +25,7 @@ pub struct Silhouette {
 impl Silhouette {
     /// The silhouette of a closed, connected mesh from a view; `None` where no triangle faces the viewer.
     pub fn of(mesh: &TriangleMesh, view: View) -> Option<Self> {
-        let frame = Frame::around(mesh, view);
+        let frame = Projection::around(mesh, view);
         // The triangles that face the viewer cover whatever those on the far side cover.
         let facing: Vec<Vec<[f64; 2]>> = mesh
             .triangles()

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::view::{FRAME, Frame};
+use super::view::{FRAME, Projection};
 use super::*;
 use crate::geometry::{cross, dot, doubled_area, subtract, triangle_area};
 
@@ -77,7 +77,7 @@ fn every_vertex_has_one_opposite_to_it() {
 fn the_silhouette_is_that_of_the_mesh() {
     for creature in Creature::ALL {
         let (mesh, silhouette) = made(creature, 5_000);
-        let frame = Frame::around(&mesh, creature.view());
+        let frame = Projection::around(&mesh, creature.view());
         let flat = |t: [u32; 3]| corners(&mesh, t).map(|p| frame.projected(p).0);
         // Share of a grid's points that lie under a triangle, by asking every triangle for every point near it.
         let mut covered = vec![false; 300 * 300];
@@ -113,7 +113,7 @@ fn the_quadruped_stands_on_four_legs_and_the_biped_on_two() {
 fn true_vertices_project_to_their_points() {
     for creature in Creature::ALL {
         let (mesh, silhouette) = made(creature, 5_000);
-        let (truth, frame) = (creature.truth(&mesh, &silhouette), Frame::around(&mesh, creature.view()));
+        let (truth, frame) = (creature.truth(&mesh, &silhouette), Projection::around(&mesh, creature.view()));
         let seen = |v: u32| frame.projected(mesh.positions()[v as usize]);
         // Two edges of the mesh, in drawing units.
         let [[x, _], [beyond, _]] = [[0.0; 3], [0.1, 0.0, 0.1]].map(|p| frame.projected(p).0);

@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::silhouette::Silhouette;
-use super::view::{FRAME, Frame, View};
+use super::view::{FRAME, Projection, View};
 use crate::evaluation::{Truth, Variants};
 use crate::geometry::{dot, doubled_area, subtract};
 use crate::mesh::TriangleMesh;
@@ -18,7 +18,7 @@ type Hits = (f64, f64);
 /// The points of a square grid inside the silhouette, and for each the mesh vertex nearest to where its viewing ray
 /// enters the mesh, where it leaves it, and to their counterparts on the other side of the body.
 pub(super) fn truth(body: &Body, mesh: &TriangleMesh, silhouette: &Silhouette, view: View) -> Truth {
-    let frame = Frame::around(mesh, view);
+    let frame = Projection::around(mesh, view);
     let mut points = Vec::new();
     let mut variants = Variants::default();
     for (cell, hits) in hits(mesh, &frame).into_iter().enumerate() {
@@ -35,7 +35,7 @@ pub(super) fn truth(body: &Body, mesh: &TriangleMesh, silhouette: &Silhouette, v
 }
 
 /// For every point of the grid, row by row, where its viewing ray enters and leaves the mesh.
-fn hits(mesh: &TriangleMesh, frame: &Frame) -> Vec<Option<Hits>> {
+fn hits(mesh: &TriangleMesh, frame: &Projection) -> Vec<Option<Hits>> {
     let mut hits: Vec<Option<Hits>> = vec![None; COLUMNS * COLUMNS];
     for triangle in mesh.triangles() {
         let corners = triangle.map(|v| frame.projected(mesh.positions()[v as usize]));

@@ -20,14 +20,14 @@ pub enum View {
 
 /// A view of one mesh: the similarity that takes it into the drawing's frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct Projection {
     right: [f64; 3],
     towards: [f64; 3],
     scale: f64,
     offset: [f64; 2],
 }
 
-impl Frame {
+impl Projection {
     /// The view that centres the mesh in the frame.
     pub(super) fn around(mesh: &TriangleMesh, view: View) -> Self {
         let (right, towards) = match view {
@@ -52,7 +52,7 @@ impl Frame {
         ([x, y], dot(p, self.towards))
     }
 
-    /// The point in space at a place in the drawing: the inverse of [`Frame::projected`].
+    /// The point in space at a place in the drawing: the inverse of [`Projection::projected`].
     pub(super) fn lifted(&self, [x, y]: [f64; 2], nearness: f64) -> [f64; 3] {
         let (x, y) = ((x - self.offset[0]) / self.scale, (y - self.offset[1]) / self.scale);
         std::array::from_fn(|i| x * self.right[i] + y * UP[i] + nearness * self.towards[i])

@@ -40,7 +40,7 @@ impl From<Form> for Look {
 #[derive(Deserialize)]
 struct Seen {
     correspondences: Vec<Point>,
-    alignment: Option<Alignment>,
+    alignment: Option<Aligned>,
     alternatives: Vec<Alternative>,
 }
 
@@ -52,7 +52,7 @@ struct Point {
 }
 
 #[derive(Deserialize)]
-struct Alignment {
+struct Aligned {
     view: ViewReport,
 }
 
@@ -67,7 +67,7 @@ impl Seen {
     fn instead(mut self, alternative: usize) -> Option<Seen> {
         let Alternative { view, mesh_vertices } = self.alternatives.drain(..).nth(alternative)?;
         self.correspondences.iter_mut().zip(mesh_vertices).for_each(|(point, vertex)| point.mesh_vertex = vertex);
-        Some(Seen { alignment: Some(Alignment { view }), ..self })
+        Some(Seen { alignment: Some(Aligned { view }), ..self })
     }
 }
 
@@ -81,7 +81,7 @@ pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &FileMesh) -> Resu
         Some(alternative) => seen.instead(alternative).ok_or(Unwritten::NoAlternative)?,
         None => seen,
     };
-    let view = seen.alignment.map(|Alignment { view: ViewReport { toward_camera, up } }| Frame {
+    let view = seen.alignment.map(|Aligned { view: ViewReport { toward_camera, up } }| Frame {
         right: cross(up, toward_camera),
         up,
         toward_camera,

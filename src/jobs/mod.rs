@@ -5,11 +5,11 @@
 mod bench;
 pub mod decomposition;
 mod failure;
-mod flights;
 mod kind;
 mod matching;
 mod preparations;
 mod progress;
+mod single_flight;
 mod spectra;
 
 pub use bench::Bench;

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::flights::Flights;
+use super::single_flight::SingleFlight;
 use crate::alignment::prepared::PreparedMesh;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Cancelled, Watch};
@@ -13,13 +13,13 @@ use crate::store::Store;
 pub struct CachedPreparations {
     store: Store,
     runtime: Handle,
-    flights: Flights<blake3::Hash>,
+    flights: SingleFlight<blake3::Hash>,
 }
 
 impl CachedPreparations {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedPreparations {
-        CachedPreparations { store, runtime: Handle::current(), flights: Flights::new() }
+        CachedPreparations { store, runtime: Handle::current(), flights: SingleFlight::new() }
     }
 }
 

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::flights::Flights;
+use super::single_flight::SingleFlight;
 use crate::mesh::TriangleMesh;
 use crate::numerics::Watch;
 use crate::numerics::block_lanczos::EigenError;
@@ -14,13 +14,13 @@ use crate::store::{SpectrumKey, Store};
 pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
-    flights: Flights<SpectrumKey>,
+    flights: SingleFlight<SpectrumKey>,
 }
 
 impl CachedSpectra {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: Handle::current(), flights: Flights::new() }
+        CachedSpectra { store, runtime: Handle::current(), flights: SingleFlight::new() }
     }
 
     /// A cache that fails costs time, not the answer.

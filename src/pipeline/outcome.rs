@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::settings::Settings;
 use crate::numerics::{Report, Stopped};
-use crate::regions::pairing::Pair;
+use crate::regions::pairing::RegionPair;
 
 /// The result of a match: the functional map, the points, and how both were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -213,7 +213,7 @@ pub struct PairedRegions {
     pub sketch: Vec<i32>,
     /// A label per vertex of the user's mesh file; −1 is in no region.
     pub mesh: Vec<i32>,
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<RegionPair>,
     /// Sum of the pairs' costs; 0 where they were given.
     pub cost: f64,
 }

@@ -11,7 +11,7 @@ use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::Watch;
 use crate::regions::graph::RegionGraph;
-use crate::regions::pairing::{Pair, pair};
+use crate::regions::pairing::{RegionPair, pair};
 use crate::regions::{Regions, consensus};
 use crate::spectral::Spectrum;
 
@@ -29,7 +29,7 @@ const VARIANCE: f64 = 1.5;
 pub(super) struct Correspondence {
     pub sketch: Regions,
     pub mesh: Regions,
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<RegionPair>,
     pub cost: f64,
 }
 
@@ -62,7 +62,7 @@ impl Correspondence {
             Method::Auto { count } if let Some(aligned) = aligned => {
                 let sketch = segmentation(sketch, *count, watch)?;
                 let mesh = carried(&sketch, mesh.mesh, aligned, watch)?;
-                let pairs = (0..sketch.count().min(mesh.count())).map(|r| Pair { sketch: r, mesh: r, cost: 0.0 });
+                let pairs = (0..sketch.count().min(mesh.count())).map(|r| RegionPair { sketch: r, mesh: r, cost: 0.0 });
                 Ok(Correspondence { pairs: pairs.collect(), sketch, mesh, cost: 0.0 })
             }
             Method::Auto { count } => {
@@ -116,9 +116,9 @@ fn given(sketch: &[i32], mesh: &[i32], file: &FileMesh, figure: &Figure) -> Resu
     };
     let (sketch, mesh) = (labelled("/regions/sketch", sketch.to_vec())?, labelled("/regions/mesh", mesh)?);
     let occurs = |regions: &Regions, label: usize| regions.labels().contains(&(label as i32));
-    let pairs: Vec<Pair> = (0..sketch.count().min(mesh.count()))
+    let pairs: Vec<RegionPair> = (0..sketch.count().min(mesh.count()))
         .filter(|&label| occurs(&sketch, label) && occurs(&mesh, label))
-        .map(|label| Pair { sketch: label, mesh: label, cost: 0.0 })
+        .map(|label| RegionPair { sketch: label, mesh: label, cost: 0.0 })
         .collect();
     if pairs.is_empty() {
         let detail = "no label occurs both on the sketch and on the part of the mesh that is matched";
@@ -153,7 +153,7 @@ pub(super) fn labels_of_vertices(labels: &[i32], file: &FileMesh) -> Result<Vec<
 }
 
 /// The pairs of the request, which may name regions that the segmentation did not find.
-fn chosen(pairs: &[[usize; 2]], sketch: &Regions, mesh: &Regions) -> Result<Vec<Pair>, MatchError> {
+fn chosen(pairs: &[[usize; 2]], sketch: &Regions, mesh: &Regions) -> Result<Vec<RegionPair>, MatchError> {
     let mut faults = Vec::new();
     for (i, pair) in pairs.iter().enumerate() {
         for (side, (regions, shape)) in [(sketch, "sketch"), (mesh, "mesh")].into_iter().enumerate() {
@@ -166,7 +166,7 @@ fn chosen(pairs: &[[usize; 2]], sketch: &Regions, mesh: &Regions) -> Result<Vec<
     if !faults.is_empty() {
         return Err(MatchError::Faults(faults));
     }
-    Ok(pairs.iter().map(|&[sketch, mesh]| Pair { sketch, mesh, cost: 0.0 }).collect())
+    Ok(pairs.iter().map(|&[sketch, mesh]| RegionPair { sketch, mesh, cost: 0.0 }).collect())
 }
 
 /// The regions with their mean heat and wave signatures, made with `eigenvalues` at the times and energies of the

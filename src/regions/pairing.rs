@@ -16,7 +16,8 @@ const DEAREST: f64 = 1e6;
 
 /// A region of the sketch and the region of the mesh it corresponds to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Pair {
+#[schema(as = Pair)]
+pub struct RegionPair {
     pub sketch: usize,
     pub mesh: usize,
     /// How unlike the two are, from 0: in area, descriptors and neighbours.
@@ -27,7 +28,7 @@ pub struct Pair {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Pairing {
     /// In ascending order of the sketch's region; no region occurs twice.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<RegionPair>,
     /// Sum of the pairs' costs.
     pub cost: f64,
 }
@@ -117,10 +118,10 @@ impl Assignment {
         best.1.is_some()
     }
 
-    fn pairs(&self) -> Vec<Pair> {
+    fn pairs(&self) -> Vec<RegionPair> {
         let partners = self.partners.iter().enumerate();
         let real = partners.filter(|&(i, &a)| i < self.sketch_count && a < self.mesh_count);
-        real.map(|(i, &a)| Pair { sketch: i, mesh: a, cost: self.pair_cost(i) }).collect()
+        real.map(|(i, &a)| RegionPair { sketch: i, mesh: a, cost: self.pair_cost(i) }).collect()
     }
 }
 

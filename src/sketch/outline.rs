@@ -127,17 +127,17 @@ pub struct Drawing {
 /// A clean figure: an outline counter-clockwise, then holes clockwise, that meet nowhere, in the unit square.
 pub(super) struct Figure {
     pub rings: Vec<Vec<[f64; 2]>>,
-    pub frame: Frame,
+    pub frame: UnitSquare,
 }
 
 /// Where the unit square of a figure lies in the drawing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct UnitSquare {
     centre: [f64; 2],
     size: f64,
 }
 
-impl Frame {
+impl UnitSquare {
     fn around(points: &[[f64; 2]]) -> Self {
         let low = [0, 1].map(|axis| points.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min));
         let high = [0, 1].map(|axis| points.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max));
@@ -171,7 +171,7 @@ impl Figure {
             std::iter::once(&drawing.outline).chain(&drawing.holes).map(Vec::as_slice).collect();
         refuse(size_faults(&rings, config))?;
         refuse(coordinate_faults(&rings))?;
-        let frame = Frame::around(&drawing.outline);
+        let frame = UnitSquare::around(&drawing.outline);
         refuse(frame_faults(frame))?;
         let (mut clean, mended): (Vec<Ring>, Vec<Mended>) = rings
             .iter()
@@ -256,7 +256,7 @@ fn coordinate_faults(rings: &[&[[f64; 2]]]) -> Vec<Fault> {
     faults
 }
 
-fn frame_faults(frame: Frame) -> Vec<Fault> {
+fn frame_faults(frame: UnitSquare) -> Vec<Fault> {
     let distance = frame.centre[0].abs().max(frame.centre[1].abs());
     let detail = if frame.size == 0.0 {
         "all points lie at one place"

@@ -185,7 +185,7 @@ impl<'r> FromRow<'r, AnyRow> for Lease {
 
 /// What a worker learns when it reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Beat {
+pub enum Heartbeat {
     /// The job is still yours, and the lease is extended.
     Held,
     /// Somebody cancelled the job: stop.

@@ -34,7 +34,7 @@ pub use changes::{JobChanges, QueueChanges};
 use directory::Directory;
 pub use error::{Lack, StoreError};
 pub use idempotency::{MEMORY, Remembered, Turn};
-pub use job::{Beat, Job, Lease, NewJob, Places, State, Submitted, problem};
+pub use job::{Heartbeat, Job, Lease, NewJob, Places, State, Submitted, problem};
 pub use page::Page;
 pub use queue::{LEASE, MAX_TRIES};
 pub use shapes::{Deletion, Kind, Shape, Source, SourceFile};

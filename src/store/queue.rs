@@ -5,7 +5,7 @@ use serde_json::Value;
 use sqlx::AssertSqlSafe;
 use uuid::Uuid;
 
-use super::{Beat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem};
+use super::{Heartbeat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem};
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
@@ -163,7 +163,7 @@ impl Store {
     ///
     /// # Errors
     /// What the database said; the lease stands as it stood.
-    pub async fn beat(&self, lease: &Lease, stage: &str, fraction: f64) -> Result<Beat, StoreError> {
+    pub async fn heartbeat(&self, lease: &Lease, stage: &str, fraction: f64) -> Result<Heartbeat, StoreError> {
         // The column takes numbers only.
         let fraction = if fraction.is_nan() { 0.0 } else { fraction.clamp(0.0, 1.0) };
         let sql = "UPDATE jobs SET revision = revision + CASE WHEN stage = $3 AND fraction = $4 THEN 0 ELSE 1 END, \
@@ -173,10 +173,10 @@ impl Store {
         let query = sqlx::query(sql).bind(id).bind(attempt).bind(stage).bind(fraction).bind(LEASE_MS);
         if query.execute(&self.pool).await?.rows_affected() == 1 {
             self.changes.tell_of_job(id, Some(State::Running));
-            return Ok(Beat::Held);
+            return Ok(Heartbeat::Held);
         }
         let ended = self.job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
-        Ok(if ended == Some(State::Cancelled) { Beat::Cancelled } else { Beat::Lost })
+        Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
     /// Publishes the result and ends the job; false, and nothing published, when the lease was lost.

@@ -7,7 +7,7 @@ use tokio::time::{Instant, sleep};
 use super::measures::Ended;
 use super::workshop::Workshop;
 use crate::jobs::{Failure, Outcome, Progress};
-use crate::store::{Beat, Lease, State, Store, StoreError};
+use crate::store::{Heartbeat, Lease, State, Store, StoreError};
 
 /// How long an outcome is kept for a store that lacks what it takes to hear of it.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -20,10 +20,10 @@ const LONGEST_REST: Duration = Duration::from_secs(8);
 /// Reports progress; how the attempt ended for us if the job is ours no more.
 pub(super) async fn beaten(store: &Store, lease: &Lease, progress: &Progress) -> Option<Ended> {
     let (stage, fraction) = progress.at();
-    match store.beat(lease, stage, fraction).await {
-        Ok(Beat::Held) => None,
-        Ok(Beat::Cancelled) => Some(Ended::Cancelled),
-        Ok(Beat::Lost) => Some(Ended::Lost),
+    match store.heartbeat(lease, stage, fraction).await {
+        Ok(Heartbeat::Held) => None,
+        Ok(Heartbeat::Cancelled) => Some(Ended::Cancelled),
+        Ok(Heartbeat::Lost) => Some(Ended::Lost),
         Err(error) => {
             tracing::error!(%error, "a job's progress cannot be reported");
             None

@@ -31,11 +31,11 @@ use super::{
     ),
     components(schemas(Problem)),
 )]
-struct Frame;
+struct Head;
 
 /// Every route beside the document that describes it.
 pub(super) fn routes() -> (Router<App>, Value) {
-    let router = OpenApiRouter::with_openapi(Frame::openapi())
+    let router = OpenApiRouter::with_openapi(Head::openapi())
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::rename, meshes::delete))
         .routes(routes!(meshes::components))

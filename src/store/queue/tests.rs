@@ -103,8 +103,8 @@ async fn a_job_goes_from_queued_to_succeeded() {
     assert_eq!((lease.job.state, lease.job.attempt, lease.job.revision), (State::Running, 1, 1));
     assert_eq!(&*lease.payload, "7");
     assert!(lease.job.started_ms >= Some(job.created_ms));
-    assert_eq!(store.beat(&lease, "map", 0.25).await.unwrap(), Beat::Held);
-    assert_eq!(store.beat(&lease, "map", 0.25).await.unwrap(), Beat::Held);
+    assert_eq!(store.heartbeat(&lease, "map", 0.25).await.unwrap(), Heartbeat::Held);
+    assert_eq!(store.heartbeat(&lease, "map", 0.25).await.unwrap(), Heartbeat::Held);
     let running = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!((running.stage.as_deref(), running.fraction, running.revision), (Some("map"), 0.25, 2));
     assert_eq!(store.result(&job.id).await.unwrap(), None);
@@ -122,7 +122,7 @@ async fn progress_is_a_number_between_0_and_1() {
     let job = submitted(&store, 0).await;
     let lease = claimed(&store).await;
     for (told, kept) in [(f64::NAN, 0.0), (-1.0, 0.0), (2.0, 1.0)] {
-        assert_eq!(store.beat(&lease, "map", told).await.unwrap(), Beat::Held);
+        assert_eq!(store.heartbeat(&lease, "map", told).await.unwrap(), Heartbeat::Held);
         assert_eq!(store.job(&job.id).await.unwrap().unwrap().fraction, kept);
     }
 }
@@ -137,7 +137,7 @@ async fn an_old_lease_is_fenced_off() {
     let new = claimed(&store).await;
     assert_eq!((new.job.id.as_str(), new.job.attempt), (job.id.as_str(), 2));
     let before = store.job(&job.id).await.unwrap();
-    assert_eq!(store.beat(&old, "map", 0.5).await.unwrap(), Beat::Lost);
+    assert_eq!(store.heartbeat(&old, "map", 0.5).await.unwrap(), Heartbeat::Lost);
     assert!(!store.succeed(&old, Bytes::from_static(b"old")).await.unwrap());
     assert!(!store.fail(&old, &json!({})).await.unwrap());
     assert_eq!(store.retry(&old, &json!({})).await.unwrap(), None);
@@ -156,7 +156,7 @@ async fn a_lease_that_stands_is_not_reaped() {
     submitted(&store, 0).await;
     let lease = claimed(&store).await;
     assert_eq!(store.reap().await.unwrap(), 0);
-    assert_eq!(store.beat(&lease, "map", 0.5).await.unwrap(), Beat::Held);
+    assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Held);
 }
 
 #[tokio::test]
@@ -246,7 +246,7 @@ async fn cancelling_ends_a_queued_job_and_tells_the_worker_of_a_running_one() {
         assert!(job.state == State::Cancelled && job.finished_ms.is_some(), "{job:?}");
     }
     assert!(claim(&store).await.is_none());
-    assert_eq!(store.beat(&lease, "map", 0.5).await.unwrap(), Beat::Cancelled);
+    assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Cancelled);
     assert!(!store.succeed(&lease, Bytes::from_static(b"late")).await.unwrap());
     assert!(!store.release(&lease).await.unwrap());
     assert_eq!(state(&store, &running.id).await, State::Cancelled);
@@ -275,7 +275,7 @@ async fn deleting_takes_the_job_and_its_result() {
     assert!(store.delete(&job.id).await.unwrap());
     assert_eq!((store.job(&job.id).await.unwrap(), results(&store).await), (None, Vec::new()));
     assert!(!store.delete(&job.id).await.unwrap());
-    assert_eq!(store.beat(&lease, "map", 1.0).await.unwrap(), Beat::Lost);
+    assert_eq!(store.heartbeat(&lease, "map", 1.0).await.unwrap(), Heartbeat::Lost);
 }
 
 #[tokio::test]
@@ -390,7 +390,7 @@ async fn those_who_wait_for_a_job_are_woken_by_its_changes_alone() {
     let told = |of_one: &mut JobChanges| of_one.changed().now_or_never().is_some();
     let lease = claimed(&store).await;
     assert!(told(&mut of_one));
-    store.beat(&lease, "map", 0.5).await.unwrap();
+    store.heartbeat(&lease, "map", 0.5).await.unwrap();
     assert!(told(&mut of_one));
     assert_eq!(store.retry(&lease, &json!({})).await.unwrap(), Some(State::Queued));
     assert!(told(&mut of_one));
@@ -414,7 +414,7 @@ async fn those_who_wait_for_work_are_woken_when_there_may_be_some() {
     submitted(&store, 0).await;
     assert!(told());
     let lease = claimed(&store).await;
-    store.beat(&lease, "map", 0.5).await.unwrap();
+    store.heartbeat(&lease, "map", 0.5).await.unwrap();
     assert!(!told(), "what is being done is no work for others");
     store.release(&lease).await.unwrap();
     assert!(told() && !told());

@@ -9,20 +9,20 @@ use crate::numerics::{Cancelled, Watch};
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Computations under way, by key: whoever comes second waits for the first instead of doing the same.
-pub struct Flights<K> {
+pub struct SingleFlight<K> {
     under_way: Mutex<HashSet<K>>,
     landed: Condvar,
 }
 
 /// The right to be the only one to compute something; it ends when it is dropped.
 pub struct Flight<'a, K: Hash + Eq> {
-    flights: &'a Flights<K>,
+    flights: &'a SingleFlight<K>,
     key: K,
 }
 
-impl<K: Hash + Eq + Clone> Flights<K> {
-    pub fn new() -> Flights<K> {
-        Flights { under_way: Mutex::new(HashSet::new()), landed: Condvar::new() }
+impl<K: Hash + Eq + Clone> SingleFlight<K> {
+    pub fn new() -> SingleFlight<K> {
+        SingleFlight { under_way: Mutex::new(HashSet::new()), landed: Condvar::new() }
     }
 
     /// Waits until nobody else is computing `key`. The holder must not wait for other work of its own pool, or it
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn one_key_is_computed_by_one_at_a_time() {
-        let (flights, aloft, most) = (Flights::new(), AtomicUsize::new(0), AtomicUsize::new(0));
+        let (flights, aloft, most) = (SingleFlight::new(), AtomicUsize::new(0), AtomicUsize::new(0));
         thread::scope(|scope| {
             for _ in 0..8 {
                 scope.spawn(|| {
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn different_keys_do_not_wait() {
-        let flights = Flights::new();
+        let flights = SingleFlight::new();
         let first = flights.board(1, &Unwatched);
         assert!(first.is_ok() && flights.board(2, &Unwatched).is_ok());
     }
@@ -88,7 +88,7 @@ mod tests {
                 if self.0.swap(true, Ordering::SeqCst) { Err(Cancelled) } else { Ok(()) }
             }
         }
-        let flights = Flights::new();
+        let flights = SingleFlight::new();
         let _first = flights.board(1, &Unwatched);
         assert!(flights.board(1, &Stopped(AtomicBool::new(false))).is_err());
     }
