@@ -1,7 +1,7 @@
 //! Dense matching of a 2D sketch to a 3D mesh by functional maps.
 //!
 //! The modules stand in floor order: a module imports from those above it in this list only. `http` and `worker` never
-//! name each other; they meet in `store`. `cargo check --lib --no-default-features` builds the pure floors alone and is
+//! name each other; they meet in `store` and `jobs`. `cargo check --lib --no-default-features` builds the pure floors alone and is
 //! the proof that the method needs neither a runtime nor a database.
 
 // Floor 1: pure. No tokio, no input or output, no clock.
@@ -29,7 +29,7 @@ pub mod spectral;
 /// Shapes led to other places and bent as little as may be.
 pub mod deformation;
 
-/// A sketch laid on a mesh without a click: views, contours, warps, poses.
+/// A sketch laid on a mesh without a click: prepared shapes, contours, search, laying, choice.
 pub mod alignment;
 
 /// Consensus segmentation and the pairing of regions.
@@ -64,6 +64,10 @@ pub mod pipeline;
 #[cfg(feature = "service")]
 pub mod fitting;
 
+/// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
+#[cfg(feature = "service")]
+pub mod store;
+
 /// What comes in: bytes taken as meshes, sketches and values, with all that is to be said of them.
 #[cfg(feature = "service")]
 pub mod intake;
@@ -72,19 +76,15 @@ pub mod intake;
 #[cfg(feature = "service")]
 pub mod export;
 
-/// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
-#[cfg(feature = "service")]
-pub mod store;
-
 /// What can be put into the queue: each kind of job with what it needs, does and answers.
 #[cfg(feature = "service")]
 pub mod jobs;
 
+// Floor 4.
+
 /// Claims a job, runs it on the bounded pool, reports.
 #[cfg(feature = "service")]
 pub mod worker;
-
-// Floor 4.
 
 /// Routes, their bodies, problem details, OpenAPI.
 #[cfg(feature = "service")]
