@@ -73,9 +73,9 @@ pub async fn create(
     let name = shapes::name(query.name, None)?;
     let body = Arc::new(body);
     let (printed, named) = (body.clone(), name.clone().unwrap_or_default());
-    let print = app.off_runtime(move || fingerprint(&[&printed.bytes, named.as_bytes()])).await?;
+    let print = app.off_runtime(move || fingerprint("POST /v1/matches", &[&printed.bytes, named.as_bytes()])).await?;
     let request = submitted(&app, body, name, key.dedupe(&print));
-    let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
+    let answer = key.once(&app.store, &print, request).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
     let id = location.trim_start_matches(PATH).trim_start_matches('/');
