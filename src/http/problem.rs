@@ -113,6 +113,11 @@ impl Problem {
         Problem::new(StatusCode::NOT_FOUND, format!("there is no {what}"))
     }
 
+    /// 404: the resource is there, and what the query asks of it is not; `fault` tells what there is.
+    pub fn not_there(detail: impl Into<String>, fault: Fault) -> Problem {
+        Problem { errors: vec![fault], ..Problem::new(StatusCode::NOT_FOUND, detail) }
+    }
+
     /// 413: the body has more than `limit` bytes.
     pub fn too_large(limit: usize) -> Problem {
         Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("the body is larger than the {limit} bytes allowed here"))

@@ -34,8 +34,9 @@ const LARGEST_ANSWER: usize = 1 << 30;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct SpectrumQuery {
-    /// Number of eigenpairs; 20 where it is not given.
-    #[param(minimum = 1)]
+    /// Number of eigenpairs; 20 where it is not given. Shapes have fewer than vertices, and a server answers up to its
+    /// `--max-eigenpairs`.
+    #[param(minimum = 1, maximum = 1000000)]
     k: Option<usize>,
     /// `neumann` where it is not given.
     boundary: Option<Boundary>,
@@ -200,7 +201,7 @@ impl Asked {
 }
 
 fn too_many(most: usize) -> Problem {
-    Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
+    Problem::not_there("there is no such spectrum", Fault::in_query("k", format!("k is from 1 to {most} here")))
 }
 
 /// The rows of the first `k` eigenfunctions, one per vertex of the uploaded file; not a number where a vertex is none of
