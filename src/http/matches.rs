@@ -25,7 +25,7 @@ use crate::alignment::standing::Up;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
-use crate::store::{Job, JobKind, Kind, MEMORY, NewJob, Shape};
+use crate::store::{Job, JobKind, Kind, MEMORY, NewJob, Shape, Unkept};
 
 const PATH: &str = "/v1/matches";
 
@@ -103,7 +103,7 @@ async fn submitted(
         Some(drawing) => Some(InlineSketch::of(app, drawing).await?),
         None => None,
     };
-    let (settings, payload) = payload(app, request, inline).await?;
+    let (settings, payload, drawn) = payload(app, request, inline).await?;
     let job = NewJob {
         mesh: Some(&settings.mesh),
         sketch: Some(&settings.sketch),
@@ -112,12 +112,12 @@ async fn submitted(
         taken_for: MEMORY,
         ..NewJob::of(JobKind::Match, &payload)
     };
-    let job = app.queued(&job).await?;
+    let job = app.queued(&job, drawn).await?;
     Answer::json(StatusCode::ACCEPTED, Some(path(&job.id)), &described(app, job).await?)
 }
 
-/// The request with every value filled in, also in JSON, checked against the shapes it names. A sketch within it is kept
-/// once nothing is found wrong.
+/// The request with every value filled in, also in JSON, checked against the shapes it names; and the sketch within it, to
+/// be kept where the match is taken.
 ///
 /// # Errors
 /// 422 with every fault found.
@@ -125,7 +125,7 @@ async fn payload(
     app: &App,
     request: MatchRequest,
     inline: Option<InlineSketch>,
-) -> Result<(Settings, String), Problem> {
+) -> Result<(Settings, String, Option<Unkept>), Problem> {
     let mut faults = Vec::new();
     let sketch = match &inline {
         Some(inline) => Some(inline.sketch.mesh().positions().len()),
@@ -143,11 +143,16 @@ async fn payload(
     if !faults.is_empty() {
         return Err(unfit(faults));
     }
-    if let Some(inline) = inline {
-        settings.sketch = inline.kept(app).await?;
+    let drawn = match inline {
+        Some(inline) => Some(inline.unkept().await?),
+        None => None,
+    };
+    if let Some(drawn) = &drawn {
+        settings.sketch = drawn.id().to_owned();
     }
     let written = app.off_runtime(move || serde_json::to_string(&settings).map(|payload| (settings, payload)));
-    written.await?.map_err(Problem::internal)
+    let (settings, payload) = written.await?.map_err(Problem::internal)?;
+    Ok((settings, payload, drawn))
 }
 
 /// What is told of a match by itself: its request too.

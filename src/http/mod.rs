@@ -53,7 +53,7 @@ use tower_http::compression::CompressionLayer;
 use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
-use crate::store::{Job, JobChanges, JobKind, NewJob, Places, Store, Submitted};
+use crate::store::{Job, JobChanges, JobKind, NewJob, Places, Store, Submitted, Unkept};
 use connections::Limits;
 use examples::Examples;
 use host::Hosts;
@@ -217,17 +217,22 @@ impl App {
         Ok(())
     }
 
-    /// Puts a job into the queue. Spectra may take half of its places: matches are not to find it full of them.
+    /// Puts a job into the queue, together with the shape that came within its request, where one did. Spectra may take half of its places: matches are not to find it full of them.
     ///
     /// # Errors
     /// 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
-    async fn queued(&self, job: &NewJob<'_>) -> Result<Job, Problem> {
+    async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
         let queue = self.config.max_queue;
         let of_kind = match job.kind {
             JobKind::Match => queue,
             JobKind::Spectrum => queue.div_ceil(2),
         };
-        match self.store.submit(job, Places { queue, of_kind }).await? {
+        let places = Places { queue, of_kind };
+        let submitted = match shape {
+            Some(shape) => self.store.submit_with(shape, job, places).await?,
+            None => self.store.submit(job, places).await?,
+        };
+        match submitted {
             Submitted::Taken(job) => Ok(*job),
             Submitted::Full => Err(Problem::busy("the queue is full", 10)),
             Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
