@@ -119,7 +119,10 @@ struct Asked {
 impl Asked {
     fn new(app: &App, kind: Kind, id: String, query: SpectrumQuery) -> Result<Asked, Problem> {
         let k = query.k.unwrap_or(DEFAULT_EIGENPAIRS);
-        if !(1..=app.config.max_eigenpairs).contains(&k) {
+        if k == 0 {
+            return Err(Problem::refused("there is no such spectrum", vec![Fault::in_query("k", "k is from 1")]));
+        }
+        if k > app.config.max_eigenpairs {
             return Err(too_many(app.config.max_eigenpairs));
         }
         Ok(Asked { kind, id, k, boundary: query.boundary.unwrap_or(Boundary::Neumann) })
@@ -184,7 +187,7 @@ impl Asked {
             Kind::Sketch => (None, Some(id.as_str())),
         };
         let job = NewJob { mesh, sketch, dedupe: Some(&payload), ..NewJob::of(JobKind::Spectrum, &payload) };
-        let job = app.queued(&job).await?;
+        let job = app.queued(&job, None).await?;
         let boundary = match boundary {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
