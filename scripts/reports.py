@@ -45,7 +45,7 @@ def warnings_of_another_upload(server, folder):
     """An answer speaks of the file that was sent, whatever other file has the same shape."""
     pairs = [
         ("meshes", "a-clean.obj", "b-with-repeated-faces.obj", "application/octet-stream", "repeat|duplicate|twice"),
-        ("sketches", "d-clean.svg", "c-open-stroke.svg", "image/svg+xml", "open|closed"),
+        ("sketches", "d-clean.svg", "c-open-stroke.svg", "image/svg+xml", "open|closed|encloses nothing"),
     ]
     for kind, clean, mended, media_type, said in pairs:
         known = {}

@@ -10,7 +10,7 @@ use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched};
-use sketchmatch::pipeline::outcome::MatchResult;
+use sketchmatch::pipeline::outcome::{MatchResult, Rating};
 use sketchmatch::pipeline::request::MatchRequest;
 use sketchmatch::pipeline::{self, Computing, MatchError, Settings, Stage, Surroundings, Watcher};
 use sketchmatch::sketch::outline::OutlineRequest;
@@ -179,6 +179,23 @@ fn landmarks_are_kept_exactly() {
         let result = matched(&case, request, &patient()).unwrap();
         assert_eq!(result.correspondences[vertex].mesh_vertex, 17, "{conversion}");
     }
+}
+
+#[test]
+fn landmarks_that_contradict_the_drawing_are_not_believed() {
+    let case = case("quadruped");
+    let (points, vertices) = (case.sketch.mesh().positions().len(), case.mesh.positions().len());
+    // Every vertex of the sketch at a vertex of the mesh that has nothing to do with it.
+    let scattered: Value = (0..points)
+        .map(|point| json!({"sketch": case.sketch.point(point), "mesh": (point * 7919 + 13) % vertices}))
+        .collect();
+    let result = matched(&case, json!({"landmarks": scattered}), &patient()).unwrap();
+    assert!(result.rating.is_some_and(|rating| rating != Rating::High), "{}", result.confidence);
+    assert!(result.warnings.iter().any(|warning| warning.contains("landmark")), "{:?}", result.warnings);
+    // One place of the sketch at a thousand of the mesh.
+    let torn: Value = (0..1000).map(|landmark| json!({"sketch": case.sketch.point(0), "mesh": landmark * 4})).collect();
+    let refusal = matched(&case, json!({"landmarks": torn}), &patient()).unwrap_err().to_string();
+    assert!(refusal.contains("/landmarks/"), "{refusal}");
 }
 
 /// Landmarks of the truth's points nearest to these places, at the vertices of a variant.

@@ -11,7 +11,14 @@ from sketchmatch_client import Client
 from sketchmatch_client.api.matches import create_match, draw_match, follow_match, read_match, read_result
 from sketchmatch_client.api.meshes import upload_mesh
 from sketchmatch_client.api.sketches import upload_sketch
-from sketchmatch_client.models import MatchDocument, MatchRequest, OutlineRequest, Problem, UploadMeshFilesBody
+from sketchmatch_client.models import (
+    MatchDocument,
+    MatchRequest,
+    OutlineRequest,
+    Problem,
+    UploadMeshFilesBody,
+    UploadMeshFormat,
+)
 from sketchmatch_client.types import File
 
 client = Client(base_url=sys.argv[1], timeout=60)
@@ -19,7 +26,7 @@ client = Client(base_url=sys.argv[1], timeout=60)
 form = UploadMeshFilesBody(file=File(io.BytesIO(Path("mesh.obj").read_bytes()), "mesh.obj", "model/obj"))
 mesh = upload_mesh.sync(client=client, body=form, name="a cat")
 assert mesh.closed and mesh.components == 1 and mesh.vertices > 4000, mesh
-raw = upload_mesh.sync(client=client, body=File(io.BytesIO(Path("mesh.obj").read_bytes())), format_="obj")
+raw = upload_mesh.sync(client=client, body=File(io.BytesIO(Path("mesh.obj").read_bytes())), format_=UploadMeshFormat.OBJ)
 assert raw.id == mesh.id, (raw, mesh)
 
 sketch = upload_sketch.sync(client=client, body=OutlineRequest.from_dict(json.loads(Path("sketch.json").read_text())))

@@ -1,11 +1,15 @@
 //! Whether the server lives, whether it takes work, and its measures.
 
+use std::future::Future;
+use std::time::Duration;
+
 use axum::Json;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::IntoResponse;
 use metrics::describe_gauge;
 use serde::Serialize;
+use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use super::App;
@@ -74,18 +78,61 @@ pub(super) fn describe() {
     metrics::gauge!(BUILD, "version" => env!("CARGO_PKG_VERSION")).set(1);
 }
 
-/// Answers the measures of the process in the text format of Prometheus.
+/// How long the database and the disk are asked for a measure.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Answers the measures of the process in the text format of Prometheus. What the data directory does not tell in time is
+/// not a number: the other measures are needed most just then.
 #[utoipa::path(
     get, path = "/metrics", operation_id = "read_measures", tag = "service",
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
-pub async fn measures(State(app): State<App>) -> Result<impl IntoResponse, Problem> {
+pub async fn measures(State(app): State<App>) -> impl IntoResponse {
     for Kind { name, .. } in &KINDS {
-        metrics::gauge!(QUEUED, "kind" => *name).set(app.store.queued(name).await? as f64);
+        let queued = async { app.store.queued(name).await.map(|jobs| jobs as f64) };
+        metrics::gauge!(QUEUED, "kind" => *name).set(told(queued).await);
     }
-    metrics::gauge!(FREE).set(app.store.free_bytes().await? as f64);
+    let free = async { app.store.free_bytes().await.map(|bytes| bytes as f64) };
+    metrics::gauge!(FREE).set(told(free).await);
     metrics::gauge!(READING).set(app.reading_bytes() as f64);
     app.process.collect();
     app.metrics.run_upkeep();
-    Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render())
+}
+
+/// What the store tells of itself; not a number where it does not.
+async fn told(measure: impl Future<Output = Result<f64, StoreError>>) -> f64 {
+    match timeout(PATIENCE, measure).await {
+        Ok(Ok(value)) => value,
+        Ok(Err(error)) => {
+            tracing::warn!(%error, "the data directory does not tell a measure");
+            f64::NAN
+        }
+        Err(_) => f64::NAN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::to_bytes;
+    use metrics_exporter_prometheus::PrometheusBuilder;
+    use tokio_util::sync::CancellationToken;
+
+    use super::*;
+    use crate::http::Config;
+    use crate::store::testing::fresh;
+
+    #[tokio::test]
+    async fn measures_are_told_without_the_database() {
+        let (_directory, store) = fresh().await;
+        store.close().await.unwrap();
+        assert!(store.queued("match").await.is_err());
+        let recorder = PrometheusBuilder::new().build_recorder();
+        let app = App::new(store, Config::default(), recorder.handle(), CancellationToken::new());
+        let _recording = metrics::set_default_local_recorder(&recorder);
+        let answer = measures(State(app)).await.into_response();
+        let text = String::from_utf8(to_bytes(answer.into_body(), 1 << 20).await.unwrap().to_vec()).unwrap();
+        assert!(text.contains("sketchmatch_jobs_queued{kind=\"match\"} NaN"), "{text}");
+        assert!(text.contains("sketchmatch_reading_bytes 0"), "{text}");
+    }
 }

@@ -14,10 +14,6 @@ use crate::store::{Remembered, Store};
 const HEADER: HeaderName = HeaderName::from_static("idempotency-key");
 const LONGEST_KEY: usize = 255;
 
-/// What answers are remembered under: a key is of one request whatever its route, which tells requests apart like their
-/// bodies.
-const ANY_ROUTE: &str = "";
-
 /// The header, where the request has it.
 pub struct IdempotencyKey(Option<String>);
 
@@ -75,20 +71,18 @@ impl IdempotencyKey {
     pub async fn once(
         &self,
         store: &Store,
-        route: &str,
         fingerprint: &str,
         answer: impl Future<Output = Result<Answer, Problem>>,
     ) -> Result<Answer, Problem> {
         let Some(key) = &self.0 else { return answer.await };
-        let (route, fingerprint) = (ANY_ROUTE, &format!("{route} {fingerprint}"));
         // Of those that come at the same moment one is carried out, and the others find its answer.
         let _turn = store.turn(key).await;
-        if let Some(answer) = known(store, key, route, fingerprint).await? {
+        if let Some(answer) = known(store, key, fingerprint).await? {
             return Ok(answer);
         }
         let answer = answer.await?;
         let (status, location) = (answer.status.as_u16(), answer.location.as_deref());
-        store.remember(key, route, fingerprint, status, location, &answer.body).await?;
+        store.remember(key, fingerprint, status, location, &answer.body).await?;
         Ok(answer)
     }
 }
@@ -97,8 +91,8 @@ impl IdempotencyKey {
 ///
 /// # Errors
 /// 422 where the key came with another request.
-async fn known(store: &Store, key: &str, route: &str, fingerprint: &str) -> Result<Option<Answer>, Problem> {
-    match store.remembered(key, route, fingerprint).await? {
+async fn known(store: &Store, key: &str, fingerprint: &str) -> Result<Option<Answer>, Problem> {
+    match store.remembered(key, fingerprint).await? {
         Remembered::New => Ok(None),
         Remembered::Same { status, location, body } => {
             let status = StatusCode::from_u16(status).map_err(Problem::internal)?;
@@ -111,11 +105,11 @@ async fn known(store: &Store, key: &str, route: &str, fingerprint: &str) -> Resu
     }
 }
 
-/// What tells one request from another: a hash of its parts.
-pub fn fingerprint(parts: &[&[u8]]) -> String {
+/// What tells one request from another: its method and path (`call`), and a hash of its parts.
+pub fn fingerprint(call: &str, parts: &[&[u8]]) -> String {
     let mut hasher = blake3::Hasher::new();
     for part in parts {
         hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
     }
-    hasher.finalize().to_hex().to_string()
+    format!("{call} {}", hasher.finalize().to_hex())
 }

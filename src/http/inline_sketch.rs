@@ -8,7 +8,7 @@ use super::problem::Problem;
 use crate::intake::sketch::{Drawing, SketchMeasures, untaken};
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{Config, Sketch, from_outline};
-use crate::store::Source;
+use crate::store::{Source, Unkept};
 
 /// A sketch that is read and not kept yet.
 pub struct InlineSketch {
@@ -37,12 +37,11 @@ impl InlineSketch {
         Ok(InlineSketch { sketch: imported.sketch, source, body })
     }
 
-    /// Keeps the sketch as if it had been uploaded by itself, and returns its id.
+    /// The sketch with the id it would have if it had been uploaded by itself, to be kept with its match.
     ///
     /// # Errors
     /// What the store said.
-    pub async fn kept(self, app: &App) -> Result<String, Problem> {
-        let (shape, _) = app.store.insert_sketch(self.sketch, self.source, None, self.body).await?;
-        Ok(shape.id)
+    pub async fn unkept(self) -> Result<Unkept, Problem> {
+        Ok(Unkept::sketch(self.sketch, self.source, self.body).await?)
     }
 }

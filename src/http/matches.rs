@@ -26,7 +26,7 @@ use crate::jobs::Task;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
-use crate::store::{Job, Kind, MEMORY, NewJob, Shape};
+use crate::store::{Job, Kind, MEMORY, NewJob, Shape, Unkept};
 
 /// Seconds after which to look at an unfinished match again.
 const LOOK_AGAIN: u32 = 1;
@@ -67,9 +67,9 @@ pub async fn create(
     let name = shapes::name(query.name, None)?;
     let body = Arc::new(body);
     let (printed, named) = (body.clone(), name.clone().unwrap_or_default());
-    let print = app.off_runtime(move || fingerprint(&[&printed.bytes, named.as_bytes()])).await?;
+    let print = app.off_runtime(move || fingerprint("POST /v1/matches", &[&printed.bytes, named.as_bytes()])).await?;
     let request = submitted(&app, body, name, key.dedupe(&print));
-    let answer = key.once(&app.store, "POST /v1/matches", &print, request).await?;
+    let answer = key.once(&app.store, &print, request).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
     let id = location.trim_start_matches(paths::MATCHES).trim_start_matches('/');
@@ -97,14 +97,14 @@ async fn submitted(
         Some(drawing) => Some(InlineSketch::of(app, drawing).await?),
         None => None,
     };
-    let (settings, payload) = payload(app, request, inline).await?;
+    let (settings, payload, drawn) = payload(app, request, inline).await?;
     let job = NewJob { name: name.as_deref(), dedupe: dedupe.as_deref(), taken_for: MEMORY, ..settings.job(&payload) };
-    let job = app.queued(&job).await?;
+    let job = app.queued(&job, drawn).await?;
     Answer::json(StatusCode::ACCEPTED, Some(paths::of_match(&job.id)), &described(app, job).await?)
 }
 
-/// The request with every value filled in, also in JSON, checked against the shapes it names. A sketch within it is kept
-/// once nothing is found wrong.
+/// The request with every value filled in, also in JSON, checked against the shapes it names; and the sketch within it, to
+/// be kept where the match is taken.
 ///
 /// # Errors
 /// 422 with every fault found.
@@ -112,7 +112,7 @@ async fn payload(
     app: &App,
     request: MatchRequest,
     inline: Option<InlineSketch>,
-) -> Result<(Settings, String), Problem> {
+) -> Result<(Settings, String, Option<Unkept>), Problem> {
     let mut faults = Vec::new();
     let sketch = match &inline {
         Some(inline) => Some(inline.sketch.mesh().positions().len()),
@@ -130,11 +130,16 @@ async fn payload(
     if !faults.is_empty() {
         return Err(unfit(faults));
     }
-    if let Some(inline) = inline {
-        settings.sketch = inline.kept(app).await?;
+    let drawn = match inline {
+        Some(inline) => Some(inline.unkept().await?),
+        None => None,
+    };
+    if let Some(drawn) = &drawn {
+        settings.sketch = drawn.id().to_owned();
     }
     let written = app.off_runtime(move || serde_json::to_string(&settings).map(|payload| (settings, payload)));
-    written.await?.map_err(Problem::internal)
+    let (settings, payload) = written.await?.map_err(Problem::internal)?;
+    Ok((settings, payload, drawn))
 }
 
 /// What is told of a match by itself: its request too.

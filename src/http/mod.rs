@@ -54,7 +54,7 @@ use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::jobs;
-use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted};
+use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted, Unkept};
 use connections::Limits;
 use examples::Examples;
 use host::Hosts;
@@ -218,14 +218,20 @@ impl App {
         Ok(())
     }
 
-    /// Puts a job into the queue, of whose places its kind may take so many.
+    /// Puts a job into the queue, of whose places its kind may take so many, together with the shape that came within its
+    /// request, where one did.
     ///
     /// # Errors
     /// 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
-    async fn queued(&self, job: &NewJob<'_>) -> Result<Job, Problem> {
+    async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
         let queue = self.config.max_queue;
         let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
-        match self.store.submit(job, Places { queue, of_kind }).await? {
+        let places = Places { queue, of_kind };
+        let submitted = match shape {
+            Some(shape) => self.store.submit_with(shape, job, places).await?,
+            None => self.store.submit(job, places).await?,
+        };
+        match submitted {
             Submitted::Taken(job) => Ok(*job),
             Submitted::Full => Err(Problem::busy("the queue is full", 10)),
             Submitted::Gone => Err(Problem::not_found("shape of this id any more")),

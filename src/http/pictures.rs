@@ -32,6 +32,7 @@ pub struct PictureQuery {
     #[param(minimum = 100, maximum = 4000)]
     width: Option<u32>,
     /// Which of the `alternatives` of the result is shown instead of the answer, counted from 0.
+    #[param(maximum = 1000)]
     alternative: Option<usize>,
 }
 
@@ -51,6 +52,7 @@ pub struct MatrixQuery {
 #[into_params(parameter_in = Query)]
 pub struct AnswerQuery {
     /// Which of the `alternatives` of the result is shown instead of the answer, counted from 0.
+    #[param(maximum = 1000)]
     alternative: Option<usize>,
 }
 
@@ -169,7 +171,7 @@ pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) 
     let Contents { sketch, mesh, alternatives } = contents;
     if look.alternative.is_some_and(|alternative| alternative >= alternatives.len()) {
         let fault = Fault::in_query("alternative", format!("the result has {} alternatives", alternatives.len()));
-        return Err(Problem::refused("there is no such answer", vec![fault]));
+        return Err(Problem::not_there("there is no such answer", fault));
     }
     let wanted = wanted.made_of(app, result.clone(), format!("{look:?}")).await?;
     if let Some(unchanged) = wanted.unchanged() {

@@ -1,5 +1,7 @@
 //! Pictures of shapes by themselves, for lists and previews.
 
+use std::fmt::Display;
+
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -47,13 +49,12 @@ pub async fn of_mesh(
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
     let mesh = shapes::mesh(&app, &id).await?;
-    let draw = move |media_type| match media_type {
+    let draw = move |media_type, width| match media_type {
         SVG => picture::mesh_svg(mesh.sound(), width).map(Bytes::from),
         _ => picture::mesh_png(mesh.sound(), width).map(Bytes::from),
     };
-    wanted.made_of(&app, id.into(), format!("portrait {width}")).await?.answer(&app, draw).await
+    drawn(&app, id, query, headers, draw).await
 }
 
 /// Answers what was read of a drawing: the drawing faded, over it the triangles and the outline of the figure, and a mark
@@ -72,11 +73,10 @@ pub async fn of_sketch(
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
     let known = shapes::known::<SketchMeasures>(&app, Kind::Sketch, &id).await?;
     let sketch = shapes::sketch(&app, &id).await?;
     let file = app.store.file(Kind::Sketch, &id).await?;
-    let draw = move |media_type| {
+    let draw = move |media_type, width| {
         let canvas = file.and_then(|file| canvas(&file));
         let read = reading::Read { canvas: canvas.as_ref(), sketch: &sketch, warnings: &known.measures.warnings };
         match media_type {
@@ -84,7 +84,21 @@ pub async fn of_sketch(
             _ => reading::png(&read, width).map(Bytes::from),
         }
     };
-    wanted.answer(&app, draw).await
+    drawn(&app, id, query, headers, draw).await
+}
+
+/// Answers the picture of a shape that `draw` makes in a form and a width. An id stands for one upload and one reading of
+/// it: it tells pictures apart before they are drawn.
+async fn drawn<E: Display + Send + 'static>(
+    app: &App,
+    id: String,
+    query: PortraitQuery,
+    headers: HeaderMap,
+    draw: impl FnOnce(&'static str, u32) -> Result<Bytes, E> + Send + 'static,
+) -> Result<Response, Problem> {
+    let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
+    let wanted = wanted.made_of(app, id.into(), format!("portrait {width}")).await?;
+    wanted.answer(app, move |media_type| draw(media_type, width)).await
 }
 
 /// What is seen of the file of a sketch; nothing where it is no picture.

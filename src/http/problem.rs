@@ -80,6 +80,11 @@ impl Problem {
         Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, Fault::in_header("content-type", detail))
     }
 
+    /// 404: the resource is there, and what the query asks of it is not; `fault` tells what there is.
+    pub fn not_there(detail: impl Into<String>, fault: Fault) -> Problem {
+        Problem { errors: vec![fault], ..Problem::new(StatusCode::NOT_FOUND, detail) }
+    }
+
     /// 413: the body has more than `limit` bytes.
     pub fn too_large(limit: usize) -> Problem {
         Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("the body is larger than the {limit} bytes allowed here"))

@@ -90,9 +90,9 @@ pub async fn once(
     (upload, query): (Arc<Upload>, String),
     answer: impl Future<Output = Result<Answer, Problem>>,
 ) -> Result<Response, Problem> {
-    let print = app.off_runtime(move || fingerprint(&[&upload.bytes, query.as_bytes()])).await?;
-    let route = format!("POST {}", paths::of_shapes(kind));
-    Ok(key.once(&app.store, &route, &print, answer).await?.into_response())
+    let call = format!("POST {}", paths::of_shapes(kind));
+    let print = app.off_runtime(move || fingerprint(&call, &[&upload.bytes, query.as_bytes()])).await?;
+    Ok(key.once(&app.store, &print, answer).await?.into_response())
 }
 
 /// The answer to an upload: 201 for a new shape, 200 for one whose content was known.

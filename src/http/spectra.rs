@@ -35,8 +35,9 @@ const LARGEST_ANSWER: usize = 1 << 30;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct SpectrumQuery {
-    /// Number of eigenpairs; 20 where it is not given.
-    #[param(minimum = 1)]
+    /// Number of eigenpairs; 20 where it is not given. Shapes have fewer than vertices, and a server answers up to its
+    /// `--max-eigenpairs`.
+    #[param(minimum = 1, maximum = 1000000)]
     k: Option<usize>,
     /// `neumann` where it is not given.
     boundary: Option<Boundary>,
@@ -110,7 +111,10 @@ struct Asked {
 impl Asked {
     fn new(app: &App, kind: Kind, id: String, query: SpectrumQuery) -> Result<Asked, Problem> {
         let k = query.k.unwrap_or(DEFAULT_EIGENPAIRS);
-        if !(1..=app.config.max_eigenpairs).contains(&k) {
+        if k == 0 {
+            return Err(Problem::refused("there is no such spectrum", vec![Fault::in_query("k", "k is from 1")]));
+        }
+        if k > app.config.max_eigenpairs {
             return Err(too_many(app.config.max_eigenpairs));
         }
         Ok(Asked { kind, id, k, boundary: query.boundary.unwrap_or(Boundary::Neumann) })
@@ -171,7 +175,7 @@ impl Asked {
             return Err(Problem::of_job(failure.error.as_ref()));
         }
         let job = NewJob { dedupe: Some(&payload), ..task.job(&payload) };
-        let job = app.queued(&job).await?;
+        let job = app.queued(&job, None).await?;
         let boundary = match boundary {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
@@ -188,5 +192,5 @@ impl Asked {
 }
 
 fn too_many(most: usize) -> Problem {
-    Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
+    Problem::not_there("there is no such spectrum", Fault::in_query("k", format!("k is from 1 to {most} here")))
 }

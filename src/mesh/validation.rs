@@ -1,6 +1,8 @@
 //! From a user's file to a mesh that can be matched: whatever can be mended is mended and told, the rest is refused with
 //! every reason.
 
+use std::mem;
+
 use super::cut::Cut;
 use super::file_mesh::FileMesh;
 use super::formats::{self, Format, Limits, Polygons};
@@ -22,8 +24,8 @@ pub struct Imported {
 /// match; every reason with its vertex, face and line.
 pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported, Refusal> {
     limits.admit_bytes(bytes.len())?;
-    let polygons = formats::read(bytes, format, limits)?;
-    let mut faults = Faults::default();
+    let mut polygons = formats::read(bytes, format, limits)?;
+    let mut faults = mem::take(&mut polygons.faults);
     for (count, unit) in [(polygons.positions.len(), "vertices"), (polygons.faces().len(), "faces")] {
         if count == 0 {
             faults.push(Place::file(), format!("there are no {unit}"));
@@ -143,6 +145,27 @@ mod tests {
         assert_eq!(codes(&cube), [WarningCode::DuplicateFaces]);
         assert_eq!(cube.warnings[0].places.iter().map(|p| p.face).collect::<Vec<_>>(), [Some(6), Some(7)]);
         assert_eq!(cube.mesh.sound(), obj(CUBE).unwrap().mesh.sound());
+    }
+
+    #[test]
+    fn lists_the_faults_of_lines_and_those_of_faces() {
+        let text = "v 0 0 0\nv 1 x 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 7\nf 1 a 3\nf 1 3 4\nf 3 2 9\n";
+        assert_eq!(
+            reasons(text),
+            [
+                "line 2: a coordinate is not a number: \"x\"",
+                "line 7: a corner is none of v, v/vt, v//vn and v/vt/vn: \"f 1 a 3\"",
+                "line 6, face 1: vertex 6 is out of range: there are 4, from 0",
+                "line 9, face 4: vertex 8 is out of range: there are 4, from 0",
+                "line 4, vertex 3: a coordinate is not a finite number: [NaN, 0.0, 0.0]",
+            ]
+        );
+        let off = "OFF\n3 2 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n3 0 1 5\n";
+        let Err(Refusal::Invalid(faults)) = import(off.as_bytes(), Format::Off, &Limits::default()) else {
+            panic!("accepted")
+        };
+        let lines: Vec<_> = faults.listed.iter().map(|fault| fault.place.line).collect();
+        assert_eq!(lines, [Some(4), Some(7)]);
     }
 
     #[test]

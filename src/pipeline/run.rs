@@ -85,6 +85,9 @@ pub fn run(
     })?;
     // What the user knows is not traded for anything.
     landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
+    // But where most of it contradicts a landmark, its answer is not to be relied on.
+    let at_odds = aligned.map_or(&[][..], |aligned| &aligned.alignment.at_odds);
+    at_odds.iter().for_each(|&i| points.confidence[landmarks[i][0]] = 0.0);
 
     let confidence: f64 = phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum();
     let calibrated = aligned.is_some() && settings.conversion == (Conversion::Alignment {});

@@ -59,6 +59,7 @@ fn migrator() -> Migrator {
         (3, "uploads", include_str!("../../migrations/sqlite/0003_uploads.sql")),
         (4, "jobs by shape", include_str!("../../migrations/sqlite/0004_jobs_by_shape.sql")),
         (5, "names of jobs", include_str!("../../migrations/sqlite/0005_names_of_jobs.sql")),
+        (6, "answers by key", include_str!("../../migrations/sqlite/0006_answers_by_key.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)

@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use super::blobs::Blobs;
 use super::directory::Directory;
 use super::testing::open;
-use super::{Kind, Source, State, StoreError, database, geometry};
+use super::{Kind, Remembered, Source, State, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
 
@@ -79,6 +79,21 @@ async fn an_upgrade_that_was_cut_off_goes_on() {
     let store = open(&directory).await;
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
     assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));
+}
+
+#[tokio::test]
+async fn answers_under_a_key_are_remembered_still() {
+    let (directory, ..) = directory_by_geometry().await;
+    let pool = database::testing::of_version(&directory.path().join("data/sketchmatch.db"), BY_GEOMETRY).await;
+    let sql =
+        "INSERT INTO answers (key, route, fingerprint, status, body, expires_ms) VALUES ('k', $1, 'f', $2, $3, $4)";
+    for (route, status, expires_ms) in [("POST /b", 202, i64::MAX), ("POST /a", 201, i64::MAX - 1)] {
+        let query = sqlx::query(sql).bind(route).bind(status).bind(b"{}".as_slice()).bind(expires_ms);
+        query.execute(&pool).await.unwrap();
+    }
+    pool.close().await;
+    let same = Remembered::Same { status: 201, location: None, body: b"{}".to_vec() };
+    assert_eq!(open(&directory).await.remembered("k", "POST /a f").await.unwrap(), same);
 }
 
 #[tokio::test]

@@ -64,14 +64,14 @@ impl Store {
         Turn { turns: self.turns.clone(), key: key.to_owned(), guard }
     }
 
-    /// What was answered to `key` on `route` within the last 24 hours; `fingerprint` tells one request from another.
+    /// What was answered to `key` within the last 24 hours; `fingerprint` tells one request from another.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn remembered(&self, key: &str, route: &str, fingerprint: &str) -> Result<Remembered, StoreError> {
+    pub async fn remembered(&self, key: &str, fingerprint: &str) -> Result<Remembered, StoreError> {
         let sql = "SELECT fingerprint, status, location, body FROM answers \
-                   WHERE key = $1 AND route = $2 AND expires_ms > (SELECT now_ms FROM clock)";
-        let Some(row) = sqlx::query(sql).bind(key).bind(route).fetch_optional(&self.pool).await? else {
+                   WHERE key = $1 AND expires_ms > (SELECT now_ms FROM clock)";
+        let Some(row) = sqlx::query(sql).bind(key).fetch_optional(&self.pool).await? else {
             return Ok(Remembered::New);
         };
         if row.try_get::<&str, _>("fingerprint")? != fingerprint {
@@ -93,7 +93,6 @@ impl Store {
     pub async fn remember(
         &self,
         key: &str,
-        route: &str,
         fingerprint: &str,
         status: u16,
         location: Option<&str>,
@@ -101,12 +100,11 @@ impl Store {
     ) -> Result<(), StoreError> {
         let resource = location.and_then(|location| location.rsplit('/').next());
         sqlx::query("DELETE FROM answers WHERE expires_ms <= (SELECT now_ms FROM clock)").execute(&self.pool).await?;
-        let sql = "INSERT INTO answers (key, route, fingerprint, status, location, body, expires_ms, resource) \
-                   VALUES ($1, $2, $3, $4, $5, $6, (SELECT now_ms FROM clock) + $7, $8) \
-                   ON CONFLICT (key, route) DO NOTHING";
+        let sql = "INSERT INTO answers (key, fingerprint, status, location, body, expires_ms, resource) \
+                   VALUES ($1, $2, $3, $4, $5, (SELECT now_ms FROM clock) + $6, $7) \
+                   ON CONFLICT (key) DO NOTHING";
         sqlx::query(sql)
             .bind(key)
-            .bind(route)
             .bind(fingerprint)
             .bind(i64::from(status))
             .bind(location)
@@ -134,16 +132,15 @@ mod tests {
     use crate::store::testing::fresh;
 
     #[tokio::test]
-    async fn the_first_answer_is_remembered_for_its_key_route_and_request() {
+    async fn the_first_answer_is_remembered_for_its_key_and_request() {
         let (_directory, store) = fresh().await;
-        assert_eq!(store.remembered("k", "/r", "f").await.unwrap(), Remembered::New);
-        store.remember("k", "/r", "f", 202, Some("/there"), b"\xff body").await.unwrap();
-        store.remember("k", "/r", "f", 500, None, b"late").await.unwrap();
+        assert_eq!(store.remembered("k", "f").await.unwrap(), Remembered::New);
+        store.remember("k", "f", 202, Some("/there"), b"\xff body").await.unwrap();
+        store.remember("k", "f", 500, None, b"late").await.unwrap();
         let same = Remembered::Same { status: 202, location: Some("/there".to_owned()), body: b"\xff body".to_vec() };
-        assert_eq!(store.remembered("k", "/r", "f").await.unwrap(), same);
-        assert_eq!(store.remembered("k", "/r", "other").await.unwrap(), Remembered::Different);
-        assert_eq!(store.remembered("k", "/other", "f").await.unwrap(), Remembered::New);
-        assert_eq!(store.remembered("other", "/r", "f").await.unwrap(), Remembered::New);
+        assert_eq!(store.remembered("k", "f").await.unwrap(), same);
+        assert_eq!(store.remembered("k", "other").await.unwrap(), Remembered::Different);
+        assert_eq!(store.remembered("other", "f").await.unwrap(), Remembered::New);
     }
 
     #[tokio::test]
@@ -160,25 +157,25 @@ mod tests {
     #[tokio::test]
     async fn an_answer_is_forgotten_with_what_it_names() {
         let (_directory, store) = fresh().await;
-        store.remember("k", "/r", "f", 202, Some("/there/one"), b"").await.unwrap();
+        store.remember("k", "f", 202, Some("/there/one"), b"").await.unwrap();
         let mut transaction = store.pool.begin().await.unwrap();
         forget(&mut transaction, "other").await.unwrap();
         transaction.commit().await.unwrap();
-        assert_ne!(store.remembered("k", "/r", "f").await.unwrap(), Remembered::New);
+        assert_ne!(store.remembered("k", "f").await.unwrap(), Remembered::New);
         let mut transaction = store.pool.begin().await.unwrap();
         forget(&mut transaction, "one").await.unwrap();
         transaction.commit().await.unwrap();
-        assert_eq!(store.remembered("k", "/r", "f").await.unwrap(), Remembered::New);
+        assert_eq!(store.remembered("k", "f").await.unwrap(), Remembered::New);
     }
 
     #[tokio::test]
     async fn an_answer_is_forgotten_after_its_day() {
         let (_directory, store) = fresh().await;
-        store.remember("k", "/r", "f", 200, None, b"").await.unwrap();
+        store.remember("k", "f", 200, None, b"").await.unwrap();
         sqlx::query("UPDATE answers SET expires_ms = 0").execute(&store.pool).await.unwrap();
-        assert_eq!(store.remembered("k", "/r", "other").await.unwrap(), Remembered::New);
-        store.remember("k", "/r", "other", 201, None, b"").await.unwrap();
-        let again = store.remembered("k", "/r", "other").await.unwrap();
+        assert_eq!(store.remembered("k", "other").await.unwrap(), Remembered::New);
+        store.remember("k", "other", 201, None, b"").await.unwrap();
+        let again = store.remembered("k", "other").await.unwrap();
         assert_eq!(again, Remembered::Same { status: 201, location: None, body: Vec::new() });
     }
 }

@@ -37,7 +37,7 @@ pub use idempotency::{MEMORY, Remembered, Turn};
 pub use job::{Heartbeat, Job, Lease, NewJob, Places, State, Submitted, problem};
 pub use page::Page;
 pub use queue::{LEASE, MAX_TRIES};
-pub use shapes::{Deletion, Kind, Shape, Source, SourceFile};
+pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
 pub use spectra::SpectrumKey;
 
 /// Where everything is kept.

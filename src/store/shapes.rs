@@ -5,7 +5,7 @@ use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
 
 use super::geometry::{self, Encoded};
-use super::{Page, Store, StoreError, blocking, idempotency, page};
+use super::{NewJob, Page, Places, Store, StoreError, Submitted, blocking, idempotency, page};
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 
@@ -63,6 +63,47 @@ struct NewRow<'a> {
     geometry: &'a str,
     file: &'a str,
     media_type: &'a str,
+}
+
+/// A shape that has its id and is not kept yet.
+pub struct Unkept {
+    id: String,
+    kind: Kind,
+    geometry: Encoded,
+    /// The blob its file goes to.
+    file: String,
+    source: Source,
+    /// What is told of it.
+    body: Value,
+}
+
+impl Unkept {
+    /// The id it will have once it is kept.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Names a shape whose geometry `encode` takes its time to write.
+    async fn of(
+        kind: Kind,
+        encode: impl FnOnce() -> Result<Encoded, StoreError> + Send + 'static,
+        source: Source,
+        body: Value,
+    ) -> Result<Unkept, StoreError> {
+        let named = move || {
+            let geometry = encode()?;
+            Ok(Unkept { id: source.id(kind, &geometry.name), kind, file: source.blob(), geometry, source, body })
+        };
+        blocking(named).await
+    }
+
+    /// A sketch that was drawn in a request, as [`Store::insert_sketch`] would keep it.
+    ///
+    /// # Errors
+    /// Where its geometry cannot be written.
+    pub async fn sketch(sketch: Sketch, source: Source, body: Value) -> Result<Unkept, StoreError> {
+        Unkept::of(Kind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
+    }
 }
 
 /// What became of a shape that was to be deleted.
@@ -173,21 +214,39 @@ impl Store {
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let hashed = move || {
-            let geometry = encode()?;
-            Ok((source.id(kind, &geometry.name), source.blob(), geometry, source))
-        };
-        let (id, file, geometry, source) = blocking(hashed).await?;
+        let shape = Unkept::of(kind, encode, source, body).await?;
         let (store, name) = (self.clone(), name.map(str::to_owned));
         // Carried through even where who asked for it hangs up: a blob is not to be left without its row.
         let kept = tokio::spawn(async move {
             let _naming = store.naming.read().await;
-            store.blobs.put(&geometry::blob(&geometry.name), geometry.bytes).await?;
-            store.blobs.put(&file, source.bytes).await?;
-            let row = NewRow { id: &id, kind, geometry: &geometry.name, file: &file, media_type: &source.media_type };
-            store.insert_row(row, name.as_deref(), &body).await
+            store.keep(shape, name.as_deref()).await
         });
         kept.await.unwrap_or_else(|error| Err(StoreError::damaged("a background task", error)))
+    }
+
+    /// Writes the blobs of a shape and then the row that names them.
+    async fn keep(&self, shape: Unkept, name: Option<&str>) -> Result<(Shape, bool), StoreError> {
+        let Unkept { id, kind, geometry, file, source, body } = shape;
+        self.blobs.put(&geometry::blob(&geometry.name), geometry.bytes).await?;
+        self.blobs.put(&file, source.bytes).await?;
+        let row = NewRow { id: &id, kind, geometry: &geometry.name, file: &file, media_type: &source.media_type };
+        self.insert_row(row, name, &body).await
+    }
+
+    /// Puts a job into the queue together with a shape it needs, which is not kept where the job is not taken.
+    ///
+    /// # Errors
+    /// What the disk or the database said.
+    pub async fn submit_with(&self, shape: Unkept, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
+        // No other upload of the same shape comes between its row and the answer of the queue.
+        let _naming = self.naming.write().await;
+        let (shape, new) = self.keep(shape, None).await?;
+        let submitted = self.submit(job, places).await;
+        if new && !matches!(submitted, Ok(Submitted::Taken(_))) {
+            sqlx::query("DELETE FROM shapes WHERE id = $1").bind(&shape.id).execute(&self.pool).await?;
+            self.delete_blobs(&shape).await?;
+        }
+        submitted
     }
 
     async fn insert_row(&self, row: NewRow<'_>, name: Option<&str>, body: &Value) -> Result<(Shape, bool), StoreError> {
@@ -234,6 +293,12 @@ impl Store {
         }
         idempotency::forget(&mut transaction, id).await?;
         transaction.commit().await?;
+        self.delete_blobs(&shape).await?;
+        Ok(Deletion::Done)
+    }
+
+    /// Deletes the blobs of a shape that has no row any more, but for those that another upload shares.
+    async fn delete_blobs(&self, shape: &Shape) -> Result<(), StoreError> {
         let shared = "SELECT id FROM shapes WHERE geometry = $1 LIMIT 1";
         if sqlx::query(shared).bind(&shape.geometry).fetch_optional(&self.pool).await?.is_none() {
             self.blobs.delete(&geometry::blob(&shape.geometry)).await?;
@@ -244,7 +309,7 @@ impl Store {
         {
             self.blobs.delete(file).await?;
         }
-        Ok(Deletion::Done)
+        Ok(())
     }
 
     /// The shape with this id, if there is one of this kind.

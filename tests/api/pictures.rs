@@ -132,7 +132,7 @@ async fn a_picture_is_as_wide_as_asked_and_shows_the_answer_asked_for() {
     for name in ["picture", "mesh.glb"] {
         assert_ne!(bytes(name).await, bytes(&format!("{name}?alternative=0")).await, "{name}");
         let beyond = server.get(&format!("{path}/{name}?alternative={alternatives}")).send().await.unwrap();
-        assert_eq!(problem_of(beyond, 422).await["errors"][0]["place"], "query parameter alternative");
+        assert_eq!(problem_of(beyond, 404).await["errors"][0]["place"], "query parameter alternative");
     }
     let narrow = server.get(&format!("{path}/picture?width=99")).send().await.unwrap();
     assert_eq!(problem_of(narrow, 422).await["errors"][0]["place"], "query parameter width");

@@ -238,6 +238,10 @@ async fn a_sketch_may_be_drawn_in_the_request() {
         assert_eq!(refused["errors"][0]["pointer"], pointer);
     }
     assert_eq!(server.read("/v1/sketches").await["items"], json!([]), "a refused request leaves nothing");
+    let full = Server::idle(Config { max_queue: 0, ..Config::default() }).await;
+    let unheard = json!({"mesh": full.mesh().await, "sketch": drawing});
+    problem_of(full.post("/v1/matches").json(&unheard).send().await.unwrap(), 503).await;
+    assert_eq!(full.read("/v1/sketches").await["items"], json!([]), "what the queue refuses leaves nothing");
     let asked = json_of(request(drawing, &mesh).send().await.unwrap(), 202).await;
     let sketch = server.read(&format!("/v1/sketches/{}", asked["sketch"].as_str().unwrap())).await;
     assert_eq!(asked["request"]["sketch"], sketch["id"]);

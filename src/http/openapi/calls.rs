@@ -19,7 +19,12 @@ fn complete_call(call: &mut Value) {
         request["required"] = json!(true);
         type_bytes(request);
         if let Some(form) = request["content"].get_mut("multipart/form-data") {
-            form["schema"] = json!({"type": "object", "properties": {"file": bytes()}, "required": ["file"]});
+            form["schema"] = json!({
+                "type": "object",
+                "properties": {"file": bytes()},
+                "required": ["file"],
+                "additionalProperties": false,
+            });
         }
     }
     let Some(responses) = call.get_mut("responses").and_then(Value::as_object_mut) else { return };

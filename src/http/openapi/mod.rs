@@ -3,6 +3,7 @@
 mod calls;
 mod examples;
 mod links;
+mod parts;
 mod unions;
 
 use axum::Router;
@@ -77,6 +78,7 @@ fn finished(mut document: Value) -> Value {
     calls::complete(&mut document);
     links::add(&mut document);
     examples::add(&mut document);
+    parts::join(&mut document);
     unions::name_variants(&mut document);
     document
 }

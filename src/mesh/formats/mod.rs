@@ -12,7 +12,7 @@ mod weld;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::refusal::{Place, Refusal};
+use super::refusal::{Faults, Place, Refusal};
 
 /// What is accepted at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,7 +138,8 @@ impl Format {
     }
 }
 
-/// The vertices and polygons of a file. Refused where it cannot be read, with every line that cannot.
+/// The vertices and polygons of a file. Refused where nothing can be made of it; of a text, lines that cannot be read are
+/// among its faults.
 pub(super) fn read(bytes: &[u8], format: Format, limits: &Limits) -> Result<Polygons, Refusal> {
     let polygons = Polygons::new(*limits);
     let bytes = text::without_mark(bytes);
@@ -169,6 +170,9 @@ pub(super) struct Polygons {
     face_lines: Vec<u32>,
     /// Elements that are no faces.
     pub ignored: usize,
+    /// The lines that cannot be read. A vertex or face of such a line has its number all the same, so that the others keep
+    /// theirs.
+    pub faults: Faults,
     triangles: usize,
     limits: Limits,
 }
@@ -182,6 +186,7 @@ impl Polygons {
             vertex_lines: Vec::new(),
             face_lines: Vec::new(),
             ignored: 0,
+            faults: Faults::default(),
             triangles: 0,
             limits,
         }
@@ -193,6 +198,18 @@ impl Polygons {
         self.positions.push(position);
         self.vertex_lines.extend(line.map(|line| line as u32));
         Ok(())
+    }
+
+    /// Adds a vertex that cannot be read.
+    fn push_unread_vertex(&mut self, detail: String, line: u64) -> Result<(), Refusal> {
+        self.faults.push(Place::line(line), detail);
+        self.push_vertex([0.0; 3], Some(line))
+    }
+
+    /// Adds a face that cannot be read.
+    fn push_unread_face(&mut self, detail: String, line: u64) -> Result<(), Refusal> {
+        self.faults.push(Place::line(line), detail);
+        self.push_face([], Some(line))
     }
 
     /// That another face of so many corners keeps to the limits: to be asked before memory is taken for them.

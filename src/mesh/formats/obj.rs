@@ -8,7 +8,7 @@ use tobj::{LoadError, LoadOptions, Mesh};
 
 use super::text;
 use super::{Polygons, triangles_of};
-use crate::mesh::refusal::{Faults, Place, Refusal};
+use crate::mesh::refusal::{Place, Refusal};
 use crate::mesh::soundness::MOST_CORNERS;
 
 /// Bytes looked at to recognise a file.
@@ -23,13 +23,11 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 }
 
 pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
-    let mut faults = Faults::default();
-    let geometry = Geometry::of(bytes, &mut polygons, &mut faults)?;
+    let geometry = Geometry::of(bytes, &mut polygons)?;
     match parsed(&geometry.text) {
         Ok(mesh) => geometry.take(&mesh, &mut polygons)?,
-        Err(_) => geometry.explain(&mut polygons, &mut faults)?,
+        Err(_) => geometry.explain(&mut polygons)?,
     }
-    faults.into_result()?;
     Ok(polygons)
 }
 
@@ -53,7 +51,7 @@ struct Geometry {
 
 impl Geometry {
     /// The geometry of a file, whose vertices are added to `polygons` here: tobj would divide them by their weights.
-    fn of(bytes: &[u8], polygons: &mut Polygons, faults: &mut Faults) -> Result<Geometry, Refusal> {
+    fn of(bytes: &[u8], polygons: &mut Polygons) -> Result<Geometry, Refusal> {
         let mut geometry = Geometry::default();
         let mut lines = text::lines(bytes);
         while let Some((number, first)) = lines.next() {
@@ -66,17 +64,21 @@ impl Geometry {
             };
             let mut words = text::words(line);
             match words.next() {
-                Some(b"v") => match text::position(words) {
-                    Ok(position) => {
-                        geometry.text += &format!("v {} 0 0\n", polygons.positions.len());
-                        polygons.push_vertex(position, Some(number))?;
+                Some(b"v") => {
+                    geometry.text += &format!("v {} 0 0\n", polygons.positions.len());
+                    match text::position(words) {
+                        Ok(position) => polygons.push_vertex(position, Some(number))?,
+                        Err(detail) => polygons.push_unread_vertex(detail, number)?,
                     }
-                    Err(detail) => faults.push(Place::line(number), detail),
-                },
-                Some(b"f") => match std::str::from_utf8(line) {
-                    Ok(face) => geometry.push_face(face, number, polygons)?,
-                    Err(_) => faults.push(Place::line(number), unreadable(line)),
-                },
+                }
+                Some(b"f") => {
+                    let face = std::str::from_utf8(line).unwrap_or_else(|_| {
+                        polygons.faults.push(Place::line(number), unreadable(line));
+                        // A face without corners keeps its place among the others.
+                        "f"
+                    });
+                    geometry.push_face(face, number, polygons)?;
+                }
                 Some(b"l" | b"p") => polygons.ignored += 1,
                 _ => {}
             }
@@ -114,7 +116,7 @@ impl Geometry {
 
     /// Tells what is wrong with the faces tobj refused, for it does not say which they are. Those that name vertices
     /// out of range are added with the sound ones, to be refused among all that is wrong with the mesh.
-    fn explain(&self, polygons: &mut Polygons, faults: &mut Faults) -> Result<(), Refusal> {
+    fn explain(&self, polygons: &mut Polygons) -> Result<(), Refusal> {
         let mut lines = self.lines.iter();
         let mut vertices_so_far = 0;
         for statement in self.text.lines() {
@@ -123,7 +125,7 @@ impl Geometry {
             } else if let Some(&line) = lines.next() {
                 match stated_corners(statement, vertices_so_far) {
                     Ok(corners) => polygons.push_face(corners, Some(line))?,
-                    Err(detail) => faults.push(Place::line(line), detail),
+                    Err(detail) => polygons.push_unread_face(detail, line)?,
                 }
             }
         }
@@ -174,7 +176,8 @@ mod tests {
     use crate::mesh::refusal::{Place, Refusal};
 
     fn obj(text: &str) -> Result<Polygons, Refusal> {
-        read(text.as_bytes(), Format::Obj, &Limits::default())
+        let polygons = read(text.as_bytes(), Format::Obj, &Limits::default())?;
+        polygons.faults.clone().into_result().map(|()| polygons)
     }
 
     fn faces(polygons: &Polygons) -> Vec<Vec<i64>> {
@@ -218,10 +221,9 @@ mod tests {
         let Err(Refusal::Invalid(faults)) = obj(text) else { panic!("accepted") };
         let lines: Vec<_> = faults.listed.iter().map(|fault| fault.place.clone()).collect();
         assert_eq!(lines, [4, 5, 6, 7].map(Place::line));
-        let Err(Refusal::Invalid(faults)) = read(b"f 1 2 \xff\n", Format::Obj, &Limits::default()) else {
-            panic!("accepted")
-        };
-        assert_eq!(faults.listed[0].place, Place::line(1));
+        let polygons = read(b"f 1 2 \xff\nf 1 1 1\n", Format::Obj, &Limits::default()).unwrap();
+        assert_eq!(polygons.faults.listed[0].place, Place::line(1));
+        assert_eq!(polygons.face_place(1).line, Some(2));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::Polygons;
 use super::text;
-use crate::mesh::refusal::{Faults, Place, Refusal};
+use crate::mesh::refusal::{Place, Refusal};
 
 /// Whether the first line that is no comment starts with a keyword of the family.
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
@@ -13,35 +13,30 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 /// hold what they should is read as a stream of numbers, as Geomview itself does.
 pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
     let limits = polygons.limits;
-    by_lines(bytes, polygons).or_else(|refusal| match refusal {
-        Refusal::Invalid(_) => stream(bytes, Polygons::new(limits)).ok_or(refusal),
-        Refusal::TooLarge { .. } => Err(refusal),
-    })
+    match by_lines(bytes, polygons) {
+        Err(Refusal::TooLarge { unit, found, limit }) => Err(Refusal::TooLarge { unit, found, limit }),
+        Ok(polygons) if polygons.faults.is_empty() => Ok(polygons),
+        faulty => stream(bytes, Polygons::new(limits)).map_or(faulty, Ok),
+    }
 }
 
 fn by_lines(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
     let mut lines = content(bytes).peekable();
     let [vertices, faces] = header(&mut lines)?;
-    let mut faults = Faults::default();
     for _ in 0..vertices {
         let (number, line) = lines.next().ok_or_else(|| ended(vertices, polygons.positions.len(), "vertices"))?;
         match text::position(text::words(line)) {
             Ok(position) => polygons.push_vertex(position, Some(number))?,
-            Err(detail) => {
-                faults.push(Place::line(number), detail);
-                // The vertices after it keep their ids.
-                polygons.push_vertex([0.0; 3], Some(number))?;
-            }
+            Err(detail) => polygons.push_unread_vertex(detail, number)?,
         }
     }
     for read in 0..faces {
         let (number, line) = lines.next().ok_or_else(|| ended(faces, read, "faces"))?;
         match face(line) {
             Ok(corners) => polygons.push_face(corners, Some(number))?,
-            Err(detail) => faults.push(Place::line(number), detail),
+            Err(detail) => polygons.push_unread_face(detail, number)?,
         }
     }
-    faults.into_result()?;
     Ok(polygons)
 }
 
@@ -213,7 +208,8 @@ mod tests {
             ("OFF\n1 1 0\n0 0 0\n3 0 0\n", "line 4: a face of 3 corners names only 2"),
             ("OFF\n1 1 0\n0 0 0\n18446744073709551615 0\n", "number of corners"),
         ] {
-            let refusal = off(text).unwrap_err().to_string();
+            let faults = off(text).map(|polygons| polygons.faults.to_string());
+            let refusal = faults.unwrap_or_else(|refusal| refusal.to_string());
             assert!(refusal.contains(reason), "{text:?}: {refusal}");
         }
     }

@@ -9,7 +9,7 @@ use std::iter::Peekable;
 use super::Polygons;
 use super::text;
 use super::weld::Weld;
-use crate::mesh::refusal::{Faults, Place, Refusal};
+use crate::mesh::refusal::{Place, Refusal};
 
 /// Bytes before the facets: the header and their number.
 const PREAMBLE: usize = 84;
@@ -65,15 +65,17 @@ impl Facets {
     }
 
     /// Ends the facet that began on this line.
-    fn end(&mut self, start: u64, faults: &mut Faults) -> Result<(), Refusal> {
+    fn end(&mut self, start: u64) -> Result<(), Refusal> {
         match self.corners.len() {
             3 => self.finish(Some(start)),
-            corners => {
-                faults.push(Place::line(start), format!("a facet of {corners} vertices: 3 are needed"));
-                self.corners.clear();
-                Ok(())
-            }
+            corners => self.give_up(start, format!("a facet of {corners} vertices: 3 are needed")),
         }
+    }
+
+    /// Ends the facet that began on this line and cannot be read.
+    fn give_up(&mut self, start: u64, detail: impl Into<String>) -> Result<(), Refusal> {
+        self.corners.clear();
+        self.polygons.push_unread_face(detail.into(), start)
     }
 
     fn finish(&mut self, line: Option<u64>) -> Result<(), Refusal> {
@@ -108,7 +110,6 @@ fn read_binary(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
 
 fn read_text(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
     let mut read = Facets::new(polygons);
-    let mut faults = Faults::default();
     let mut start = 0;
     let mut words = text::numbered_words(bytes).peekable();
     while let Some((line, word)) = words.next() {
@@ -116,8 +117,7 @@ fn read_text(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
             b"solid" | b"endsolid" => skip_name(line, &mut words),
             b"facet" => {
                 if !read.corners.is_empty() {
-                    faults.push(Place::line(start), "this facet has no end");
-                    read.corners.clear();
+                    read.give_up(start, "this facet has no end")?;
                 }
                 start = line;
             }
@@ -127,20 +127,19 @@ fn read_text(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
                     std::iter::from_fn(|| words.next_if(|(_, word)| !is_keyword(word)).map(|(_, word)| word));
                 match text::position(coordinates.take(3)) {
                     Ok(position) => read.push_corner(position, Some(line))?,
-                    Err(detail) => faults.push(Place::line(line), detail),
+                    Err(detail) => read.polygons.faults.push(Place::line(line), detail),
                 }
             }
-            b"endfacet" => read.end(start, &mut faults)?,
+            b"endfacet" => read.end(start)?,
             b"end" if words.next_if(|(_, word)| word.eq_ignore_ascii_case(b"facet")).is_some() => {
-                read.end(start, &mut faults)?;
+                read.end(start)?;
             }
             _ => {}
         }
     }
     if !read.corners.is_empty() {
-        faults.push(Place::line(start), "the file ends within this facet");
+        read.give_up(start, "the file ends within this facet")?;
     }
-    faults.into_result()?;
     Ok(read.polygons)
 }
 
@@ -221,10 +220,8 @@ mod tests {
     fn names_the_lines_of_broken_facets() {
         let text = "solid\nfacet normal 0 0 1\nvertex 0 0 0\nvertex 1 0 x\nendfacet\nfacet\nvertex 0 0 0\nfacet\nendfacet\n\
                     facet\nvertex 0 0 0\nendsolid\n";
-        let Err(Refusal::Invalid(faults)) = read(text.as_bytes(), Format::Stl, &Limits::default()) else {
-            panic!("accepted")
-        };
-        let lines: Vec<_> = faults.listed.iter().filter_map(|fault| fault.place.line).collect();
+        let polygons = read(text.as_bytes(), Format::Stl, &Limits::default()).unwrap();
+        let lines: Vec<_> = polygons.faults.listed.iter().filter_map(|fault| fault.place.line).collect();
         assert_eq!(lines, [4, 2, 6, 8, 10]);
     }
 

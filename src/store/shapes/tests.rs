@@ -210,3 +210,23 @@ async fn an_upload_whose_sender_is_gone_is_kept_whole() {
     let shapes = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
     assert_eq!(store.mesh(&shapes[0].id).await.unwrap(), Some(square(0.1)));
 }
+
+#[tokio::test]
+async fn a_shape_that_comes_with_a_job_is_kept_where_the_job_is_taken() {
+    let (_directory, store) = fresh().await;
+    let drawn = async || Unkept::sketch(drawing(YAxis::Up), source("a"), json!({})).await.unwrap();
+    let id = drawn().await.id().to_owned();
+    let job = NewJob { sketch: Some(&id), ..NewJob::of("match", "{}") };
+    let full = Places { queue: 0, of_kind: 0 };
+    assert_eq!(store.submit_with(drawn().await, &job, full).await.unwrap(), Submitted::Full);
+    assert_eq!(store.shape(Kind::Sketch, &id).await.unwrap(), None);
+    for folder in ["shapes", "files"] {
+        assert_eq!(store.blobs.names(folder).await.unwrap(), Vec::<String>::new());
+    }
+    let places = Places { queue: 1, of_kind: 1 };
+    assert!(matches!(store.submit_with(drawn().await, &job, places).await.unwrap(), Submitted::Taken(_)));
+    assert_eq!(store.sketch(&id).await.unwrap(), Some(drawing(YAxis::Up)));
+    // What was uploaded before stays where the queue refuses.
+    assert_eq!(store.submit_with(drawn().await, &job, full).await.unwrap(), Submitted::Full);
+    assert!(store.shape(Kind::Sketch, &id).await.unwrap().is_some());
+}
