@@ -9,7 +9,7 @@ use anyhow::ensure;
 use bytesize::ByteSize;
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{EigenvaluesOptions, ExampleOptions, HealthOptions, MatchOptions, WeighOptions};
+use crate::commands::{EigenvaluesOptions, ExampleOptions, HealthOptions, MatchOptions, ReadOptions, WeighOptions};
 use crate::telemetry::LogFormat;
 use sketchmatch::http::origin::Origin;
 use sketchmatch::{http, store, worker};
@@ -33,6 +33,8 @@ pub enum Command {
     Serve(ServeOptions),
     /// Matches a sketch to a mesh without a server.
     Match(MatchOptions),
+    /// Draws what is seen in a sketch over it, without a server.
+    Read(ReadOptions),
     /// Writes the example creatures, their sketches and the true correspondences.
     Example(ExampleOptions),
     /// Prints the first eigenvalues of a mesh and how exact they are.

@@ -39,12 +39,12 @@ pub struct MatchOptions {
 
 /// A file for a picture, in the form its name says.
 #[derive(Clone, Debug)]
-struct PictureFile {
-    path: PathBuf,
-    form: Form,
+pub struct PictureFile {
+    pub path: PathBuf,
+    pub form: Form,
 }
 
-fn picture(path: &str) -> Result<PictureFile, String> {
+pub(super) fn picture(path: &str) -> Result<PictureFile, String> {
     let path = PathBuf::from(path);
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let form = match ending.as_str() {
@@ -124,7 +124,7 @@ fn is_drawing(path: &Path, bytes: &[u8]) -> bool {
 }
 
 /// The media type of a sketch by its file's name; nothing where the bytes have to tell.
-fn sketch_type(path: &Path) -> Option<&'static str> {
+pub(super) fn sketch_type(path: &Path) -> Option<&'static str> {
     match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
         "json" => Some("application/json"),
         "svg" => Some("image/svg+xml"),
@@ -172,7 +172,7 @@ fn settings(options: &MatchOptions, sketch_vertices: usize, mesh_vertices: usize
 }
 
 /// A refusal as people read it: a line per reason.
-fn reasons(path: &Path, problem: &Problem) -> anyhow::Error {
+pub(super) fn reasons(path: &Path, problem: &Problem) -> anyhow::Error {
     let reasons = problem.errors.iter().map(|fault| {
         let place = fault.pointer.as_deref().or(fault.place.as_deref()).unwrap_or_default();
         let place = if place.is_empty() { String::new() } else { format!("{place}: ") };

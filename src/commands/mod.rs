@@ -5,6 +5,7 @@ mod example;
 mod health;
 mod matching;
 mod output;
+mod reading;
 mod serve;
 mod weigh;
 
@@ -22,6 +23,7 @@ pub use eigenvalues::EigenvaluesOptions;
 pub use example::ExampleOptions;
 pub use health::HealthOptions;
 pub use matching::MatchOptions;
+pub use reading::ReadOptions;
 pub use weigh::WeighOptions;
 
 /// Does what the command line says.
@@ -33,6 +35,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     match command {
         Command::Serve(options) => serve::run(&options, &log),
         Command::Match(options) => matching::run(&options),
+        Command::Read(options) => reading::run(&options),
         Command::Example(options) => example::run(&options),
         Command::Eigenvalues(options) => eigenvalues::run(&options),
         Command::Weigh(options) => weigh::run(&options),
