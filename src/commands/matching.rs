@@ -38,12 +38,12 @@ pub struct MatchOptions {
 
 /// A file for a picture, in the form its name says.
 #[derive(Clone, Debug)]
-struct PictureFile {
-    path: PathBuf,
-    form: Form,
+pub struct PictureFile {
+    pub path: PathBuf,
+    pub form: Form,
 }
 
-fn picture_file(path: &str) -> Result<PictureFile, String> {
+pub(super) fn picture_file(path: &str) -> Result<PictureFile, String> {
     let path = PathBuf::from(path);
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let form = match ending.as_str() {
@@ -123,7 +123,7 @@ fn is_drawing(path: &Path, bytes: &[u8]) -> bool {
 }
 
 /// The media type of a sketch by its file's name; nothing where the bytes have to tell.
-fn sketch_type(path: &Path) -> Option<&'static str> {
+pub(super) fn sketch_type(path: &Path) -> Option<&'static str> {
     match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
         "json" => Some("application/json"),
         "svg" => Some("image/svg+xml"),
@@ -170,7 +170,7 @@ fn settings(options: &MatchOptions, sketch_vertices: usize, mesh_vertices: usize
 }
 
 /// A refusal as people read it: a line per reason.
-fn reasons(path: &Path, untaken: &Untaken) -> anyhow::Error {
+pub(super) fn reasons(path: &Path, untaken: &Untaken) -> anyhow::Error {
     let reasons = untaken.faults.iter().map(|fault| {
         let place = fault.pointer.as_deref().or(fault.place.as_deref()).unwrap_or_default();
         let place = if place.is_empty() { String::new() } else { format!("{place}: ") };

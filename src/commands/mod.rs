@@ -5,6 +5,7 @@ mod example;
 mod health;
 mod matching;
 mod output;
+mod reading;
 mod serve;
 mod weigh;
 
@@ -21,6 +22,7 @@ use eigenvalues::EigenvaluesOptions;
 use example::ExampleOptions;
 use health::HealthOptions;
 use matching::MatchOptions;
+use reading::ReadOptions;
 use sketchmatch::http::openapi;
 use sketchmatch::intake::svg_reader;
 use weigh::WeighOptions;
@@ -44,6 +46,8 @@ pub enum Command {
     Serve(ServeOptions),
     /// Matches a sketch to a mesh without a server.
     Match(MatchOptions),
+    /// Draws what is seen in a sketch over it, without a server.
+    Read(ReadOptions),
     /// Writes the example creatures, their sketches and the true correspondences.
     Example(ExampleOptions),
     /// Prints the first eigenvalues of a mesh and how exact they are.
@@ -68,6 +72,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     match command {
         Command::Serve(options) => serve::run(&options, &log),
         Command::Match(options) => matching::run(&options),
+        Command::Read(options) => reading::run(&options),
         Command::Example(options) => example::run(&options),
         Command::Eigenvalues(options) => eigenvalues::run(&options),
         Command::Weigh(options) => weigh::run(&options),

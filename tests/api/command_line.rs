@@ -76,6 +76,29 @@ fn a_match_writes_its_result_and_sums_it_up_in_a_line() {
 }
 
 #[test]
+fn what_is_seen_is_drawn_and_printed() {
+    let desk = Desk::new();
+    let (drawing, vector, raster) = (desk.path("d.svg"), desk.path("p.svg"), desk.path("p.png"));
+    let two = r#"<rect x="20" y="100" width="100" height="300"/><rect x="260" y="80" width="120" height="320"/>"#;
+    fs::write(&drawing, format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 500">{two}</svg>"#))
+        .unwrap();
+    let output = program("read").arg(&drawing).arg("-o").arg(&vector).output().unwrap();
+    let printed = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(output.status.success() && printed.contains("figure 0 of 2"), "{printed}{}", said(&output));
+    assert!(printed.lines().any(|line| line.starts_with("warning: another figure")), "{printed}");
+    // A mark for the figure that is left out.
+    assert_eq!(fs::read_to_string(&vector).unwrap().matches("<rect ").count(), 1);
+
+    let output = program("read").args([&desk.sketch]).arg("-o").arg(&raster).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(fs::read(&raster).unwrap().starts_with(b"\x89PNG"));
+
+    let said = refusal(program("read").arg(&drawing).args(["--figure", "2", "-o"]).arg(desk.path("none.png")));
+    assert!(said.contains("figure 2 was asked for") && !desk.path("none.png").exists(), "{said}");
+    assert!(refusal(program("read").arg(&drawing).arg("-o").arg(desk.path("p.glb"))).contains(".png or .svg"));
+}
+
+#[test]
 fn a_match_that_is_refused_says_why_in_the_words_of_the_file() {
     let desk = Desk::new();
     let broken = desk.path("broken.obj");

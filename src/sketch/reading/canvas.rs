@@ -14,6 +14,9 @@ const ALL_WHITE: f64 = 0.8;
 /// The grey of a dark page: apart from white, and from black.
 const DARK_PAGE: u32 = 112;
 
+/// Opacity from which on a pixel hides the page, in 255ths: the edges of what covers all of it are hardly softened.
+const OPAQUE: u8 = 250;
+
 /// Room round a canvas that has no ground of its own, in pixels.
 const ROOM: usize = 16;
 
@@ -31,19 +34,21 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// The canvas with room round it where it has no ground of its own: where a corner shows the page.
+    /// The canvas with room at its sides where it has no ground of its own there: where both their corners show the page.
     pub fn with_room(self) -> Canvas {
-        let (width, height, room) = (self.width, self.height, ROOM);
-        let corners = [0, width - 1, (height - 1) * width, height * width - 1];
-        if corners.iter().all(|&corner| self.pixels[corner][3] == 255) {
-            return self;
-        }
-        let [wider, higher] = [width + 2 * room, height + 2 * room];
+        let (width, height) = (self.width, self.height);
+        let shows_page = |x: usize, y: usize| self.pixels[y * width + x][3] < OPAQUE;
+        let (left, right, top, bottom) = (0, width - 1, 0, height - 1);
+        let room = |a: bool, b: bool| if a && b { ROOM } else { 0 };
+        let [above, below] = [top, bottom].map(|y| room(shows_page(left, y), shows_page(right, y)));
+        let [before, behind] = [left, right].map(|x| room(shows_page(x, top), shows_page(x, bottom)));
+        let [wider, higher] = [before + width + behind, above + height + below];
         let mut pixels = vec![[0; 4]; wider * higher];
         for (y, row) in self.pixels.chunks_exact(width).enumerate() {
-            pixels[(y + room) * wider + room..][..width].copy_from_slice(row);
+            pixels[(y + above) * wider + before..][..width].copy_from_slice(row);
         }
-        let origin = [0, 1].map(|i| self.origin[i] - room as f64 * self.pixel[i]);
+        let origin = [before, above].map(|room| room as f64);
+        let origin = [0, 1].map(|i| self.origin[i] - origin[i] * self.pixel[i]);
         Canvas { width: wider, height: higher, pixels, origin, pixel: self.pixel }
     }
 

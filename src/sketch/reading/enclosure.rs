@@ -10,7 +10,7 @@ use crate::raster::neighbourhood::{dilated, eroded, opened, rim};
 const WIDEST_PEN: f64 = 0.055;
 
 /// Width of the widest pen of a drawing that is lines only: icons have such.
-const WIDEST_LINE: f64 = 0.1;
+const WIDEST_LINE: f64 = 0.13;
 
 /// A drawing is lines only where no more than this share of it is thicker than 1.3 times its mean width.
 const UNEVEN: f64 = 0.25;
@@ -38,6 +38,9 @@ const LOOSE: f64 = 0.04;
 
 /// What encloses nothing is a line where it is so many times as long as the pen is wide.
 const LINE: f64 = 6.0;
+
+/// Half the distance over which dashes are one line, in widths of the pen.
+const DASHES: f64 = 1.2;
 
 /// Share of a drawing's ink that is thin from which on it is a drawing of lines.
 const LINES: f64 = 0.5;
@@ -103,6 +106,9 @@ pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> 
         let (loose, radius, room) = (lines.loose(&area), 0.5 * NARROW_GAP * size, 0.25 * lines.pen);
         gaps.extend(lines.close(&mut area, &holes, &loose, radius, room));
         limbs = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
+        // What is filled in the corners of limbs is no gap.
+        let corners = dilated(&limbs, lines.pen);
+        gaps.retain(|gap: &Gap| !corners.get(gap.place[0] as usize, gap.place[1] as usize));
     }
     let rim = outlining_pen(&area.or(&holes), dark, size).map_or(0.0, |pen| 0.5 * pen);
     let area = if rim > 0.0 { to_mid_line(&area, rim) } else { area };
@@ -162,7 +168,14 @@ impl<'a> Lines<'a> {
         let thick = opened(area, 0.75 * self.pen + 0.5);
         let loose = self.thin.without(&dilated(&thick, self.pen + 1.0));
         let least = LINE * self.pen * self.pen;
-        parts(&loose, least as usize).iter().fold(Bitmap::new(loose.width(), loose.height()), |all, part| all.or(part))
+        let mut long = Bitmap::new(loose.width(), loose.height());
+        for line in parts(&dilated(&loose, DASHES * self.pen), least as usize) {
+            let line = line.and(&loose);
+            if line.area() as f64 >= least {
+                long = long.or(&line);
+            }
+        }
+        long
     }
 
     /// Adds to the area what is enclosed when gaps are closed, narrow ones first, until little of the line is loose.
@@ -198,7 +211,8 @@ impl<'a> Lines<'a> {
     /// The gap through which a line is open that encloses the figure but for it.
     fn wide_gap(&self, area: &Bitmap, holes: &Bitmap) -> Option<Gap> {
         let loose = self.loose(area);
-        if loose.area() as f64 <= STICKS * self.ink.area() as f64 {
+        let are_limbs = self.pen > WIDEST_PEN * self.size;
+        if are_limbs || loose.area() as f64 <= STICKS * self.ink.area() as f64 {
             return None;
         }
         WIDE_GAPS.into_iter().find_map(|gap| {

@@ -19,6 +19,11 @@ const WHITE_LINE: f64 = 0.03;
 const OF_PART: f64 = 0.6;
 const OF_FIGURE: f64 = 0.2;
 
+/// A head over the middle of shoulders is joined over a gap of up to so much of its own size however large it is, and is so
+/// far off the middle at most, in parts of their width.
+const OVER_SHOULDERS: f64 = 0.25;
+const OFF_MIDDLE: f64 = 0.2;
+
 /// Share of a figure's area up to which something beside it is a part of it.
 const LARGEST_PART: f64 = 0.5;
 
@@ -27,6 +32,10 @@ const SMALLEST_FIGURE: f64 = 0.1;
 
 /// How far a neck reaches round the shortest way, in parts of the side of the smaller part.
 const NECK: f64 = 0.02;
+
+/// Half the width of a neck at most, in parts of the side of the part: a head between raised arms is joined with the body
+/// and not with the arms.
+const HALF_NECK: f64 = 0.35;
 
 /// A part below a figure, this many times as wide as high, is a shadow or the floor.
 const FLAT: usize = 4;
@@ -79,7 +88,7 @@ impl Figure {
                 return;
             };
             let part = rest.remove(next);
-            let neck = neck(&self.area, &part, nearest[next]);
+            let neck = neck(&self.area, &distances, &part, nearest[next]);
             self.area = self.area.or(&part).or(&neck);
             self.necks.push(neck);
         }
@@ -95,15 +104,34 @@ impl Figure {
         }
         let is_small = part.area() as f64 <= LARGEST_PART * self.area.area() as f64;
         gap <= WHITE_LINE * size
+            || is_above(own, other) && gap <= OVER_SHOULDERS * other.side() as f64
             || is_small
                 && gap <= OF_PART * other.side() as f64
                 && gap <= OF_FIGURE * own.side().max(other.side()) as f64
     }
 }
 
-/// What lies nearly on the shortest ways between a figure and a part of it that are so far apart.
-fn neck(figure: &Bitmap, part: &Bitmap, gap: f64) -> Bitmap {
+/// Whether one box lies over the middle of another.
+fn is_above(own: PixelBox, other: PixelBox) -> bool {
+    let off = (own.centre()[0] - other.centre()[0]).abs();
+    other.high[1] <= own.low[1] && off <= OFF_MIDDLE * own.width() as f64
+}
+
+/// What lies nearly on the shortest ways between a figure and a part of it that are so far apart, about the middle of the
+/// part's side that is nearest. `distances` are those from the figure, squared.
+fn neck(figure: &Bitmap, distances: &[f32], part: &Bitmap, gap: f64) -> Bitmap {
     let side = (part.area() as f64).sqrt();
     let reach = gap + (NECK * side).max(1.5);
-    dilated(figure, reach).and(&dilated(part, reach)).without(figure).without(part)
+    let near = (reach * reach) as f32;
+    let pixels = (0..part.height()).flat_map(|y| part.runs(y).flatten().map(move |x| [x, y]));
+    let nearest: Vec<[usize; 2]> = pixels.filter(|&[x, y]| distances[y * part.width() + x] <= near).collect();
+    let mean = [0, 1].map(|i| nearest.iter().map(|p| p[i] as f64).sum::<f64>() / nearest.len() as f64);
+    let from_mean = |p: &[usize; 2]| (p[0] as f64 - mean[0]).hypot(p[1] as f64 - mean[1]);
+    let mut middle = Bitmap::new(part.width(), part.height());
+    if let Some([x, y]) = nearest.into_iter().min_by(|p, q| from_mean(p).total_cmp(&from_mean(q))) {
+        middle.set(x, y);
+    }
+    let box_side = PixelBox::of(part).map_or(0, PixelBox::side) as f64;
+    let about = dilated(&middle, (HALF_NECK * box_side).max(1.5 * reach));
+    dilated(figure, reach).and(&dilated(part, reach)).and(&about).without(figure).without(part)
 }

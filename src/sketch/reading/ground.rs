@@ -11,7 +11,7 @@ const STEADY: u8 = 12;
 const BLOCK: usize = 16;
 
 /// How far the edge between two grounds reaches, in pixels, and how far its colours may lie off those between the two.
-const EDGE: usize = 3;
+const EDGE: usize = 4;
 const OFF_EDGE: f32 = 1.25;
 
 /// How far from a corner of the sheet its ground is looked for, in parts of the sheet's side.
@@ -190,19 +190,16 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
         let deepest = |from: usize, to: usize, y: usize| depth(from, y).max(depth(to - 1, y));
         let rows = (0..steady.height()).flat_map(|y| sheet.area.runs(y).map(move |run| (y, run)));
         let corner = rows.map(|(y, run)| deepest(run.start, run.end, y)).fold(f64::NEG_INFINITY, f64::max);
+        let near = corner - 2.0 * reach;
         let mut sizes = vec![0usize; pieces.sizes.len()];
-        let is_near = |x: usize, y: usize| depth(x, y) >= corner - 2.0 * reach;
-        for run in pieces.runs.iter().filter(|run| deepest(run.from, run.to, run.y) >= corner - 2.0 * reach) {
-            sizes[run.piece] += (run.from..run.to).filter(|&x| is_near(x, run.y)).count();
+        for run in pieces.runs.iter().filter(|run| deepest(run.from, run.to, run.y) >= near) {
+            sizes[run.piece] += (run.from..run.to).filter(|&x| depth(x, run.y) >= near).count();
         }
         // The one that takes most of the place about the corner: of squared paper a square, not its lines.
-        let near = (0..sizes.len()).filter(|&piece| sizes[piece] > 0);
-        chosen.extend(
-            near.max_by_key(|&piece| sizes[piece])
-                .filter(|piece| !chosen.contains(piece))
-                .into_iter()
-                .collect::<Vec<_>>(),
-        );
+        let largest = (0..sizes.len()).filter(|&piece| sizes[piece] > 0).max_by_key(|&piece| sizes[piece]);
+        if let Some(piece) = largest.filter(|piece| !chosen.contains(piece)) {
+            chosen.push(piece);
+        }
     }
     let mut grounds = vec![Bitmap::new(steady.width(), steady.height()); chosen.len()];
     for run in &pieces.runs {

@@ -2,6 +2,8 @@
 
 use super::Sheet;
 use super::ground::Ground;
+use super::shadow::shadow;
+use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, opened};
 use crate::raster::pieces::Pieces;
@@ -12,6 +14,10 @@ const LEAST_CONTRAST: u8 = 18;
 /// And in multiples of what equal pixels differ by.
 const NOISES: u8 = 6;
 
+/// The widest edge, in pixels: that of a small picture made larger; and the least rise of its contrast a pixel, in 255ths.
+const SOFTEST_EDGE: usize = 8;
+const STEEP: u8 = 8;
+
 /// Where so many lines run over the border of the sheet they are its own pattern: squares, rules, a grain.
 const PATTERN: usize = 8;
 
@@ -20,6 +26,21 @@ const STRONGEST_PATTERN: u8 = 128;
 
 /// A line is drawn with a tenth at least of the contrast that most of the ink has; fainter ones are seams between shapes.
 const FAINTEST_LINE: f64 = 0.25;
+
+/// A shadow has less than this share of that contrast, and its own differs from what it is in brightness by no more.
+const FAINT: f64 = 0.6;
+const COLOURLESS: u8 = 12;
+
+/// The widest line that is the paper's own, in pixels; how far from the border its ends are looked for; the share of its
+/// length that is there, and that along which nothing else is; and how many ends are looked at along a side.
+const RULE: usize = 5;
+const RULE_END: usize = 4;
+const WHOLE_RULE: f64 = 0.97;
+const THIN_RULE: f64 = 0.6;
+const MOST_RULES: usize = 24;
+
+/// How far from the sides of the sheet rules begin, in parts of its size.
+const OFF_FRAME: f64 = 0.03;
 
 /// A line round a fill has this share of the strongest difference in brightness.
 const DARK: f64 = 0.6;
@@ -43,10 +64,12 @@ pub(super) enum Drawn {
     Ink(Ink),
 }
 
-/// What differs from the ground, and of that what is darker or lighter by much.
+/// What differs from the ground, and of that what is darker or lighter by much; and what is no part of a figure, though it
+/// is seen: a shadow, rules of the paper.
 pub(super) struct Ink {
     pub all: Bitmap,
     pub dark: Bitmap,
+    pub aside: Bitmap,
 }
 
 pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
@@ -60,12 +83,18 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
         least += least / 3;
         ink = above(ground, sheet, least);
     }
-    let all = without_dust(&without_seams(ground, ink));
+    let seen = ink;
+    let ink = without_rules(&seen, sheet);
+    let rules = seen.without(&ink);
+    let strong = strong_contrast(ground, &ink);
+    let all = without_dust(&without_seams(ground, ink, strong));
     if all.area() == 0 {
         return Drawn::Nothing;
     }
+    let shadow = shadow(&all, &neutral(ground, &all, strong)).unwrap_or_else(|| Bitmap::new(all.width(), all.height()));
+    let all = all.without(&shadow);
     let dark = dark(ground, &all);
-    let ink = Ink { all, dark };
+    let ink = Ink { all, dark, aside: shadow.or(&rules) };
     if is_scene { Drawn::Scene(ink) } else { Drawn::Ink(ink) }
 }
 
@@ -98,24 +127,56 @@ fn above(ground: &Ground, sheet: &Sheet, least: u8) -> Bitmap {
         }
     }
     let ink = ink.without(&ground.seen);
-    // Of the pixels at its rim those that are covered by half.
-    let mut kept = ink.clone();
-    for y in 1..ink.height().saturating_sub(1) {
-        let rim = ink.runs(y).flat_map(|run| [run.start, run.end - 1]).chain(exposed(&ink, y));
-        for x in rim.filter(|&x| x > 0 && x + 1 < width) {
-            let around = [y - 1, y, y + 1].map(|y| &ground.contrast[y * width + x - 1..][..3]);
-            let most = around.into_iter().flatten().copied().max().unwrap_or(0);
-            if 2 * u32::from(ground.contrast[y * width + x]) < u32::from(most) {
-                kept.fill(y, x, x + 1, false);
-            }
+    let mut ink = ink;
+    trim(&mut ink, &ground.contrast);
+    ink
+}
+
+/// Takes away the outer half of soft edges: from the rim inwards what has less than half of the contrast that its
+/// surroundings rise to.
+fn trim(ink: &mut Bitmap, contrast: &[u8]) {
+    let (width, height) = (ink.width(), ink.height());
+    let is_inside = |x: usize, y: usize| x > 0 && y > 0 && x + 1 < width && y + 1 < height;
+    let mut rim: Vec<[usize; 2]> = Vec::new();
+    for y in 0..height {
+        let ends = ink.runs(y).flat_map(|run| [run.start, run.end - 1]);
+        rim.extend(ends.chain(exposed(ink, y)).map(|x| [x, y]));
+    }
+    while let Some([x, y]) = rim.pop() {
+        if !is_inside(x, y) || !ink.get(x, y) {
+            continue;
+        }
+        let own = contrast[y * width + x];
+        let around = [y - 1, y, y + 1].map(|y| &contrast[y * width + x - 1..][..3]);
+        let least = around.into_iter().flatten().copied().min().unwrap_or(0);
+        // Beside a paler fill an edge leads down to that and no further.
+        let is_edge = own >= least.saturating_add(STEEP);
+        if is_edge && 2 * u32::from(own) < u32::from(risen(contrast, width, height, [x, y])) {
+            ink.fill(y, x, x + 1, false);
+            rim.extend([[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]]);
         }
     }
-    kept
+}
+
+/// The contrast to which the way up from a pixel leads, as long as it is steep.
+fn risen(contrast: &[u8], width: usize, height: usize, [mut x, mut y]: [usize; 2]) -> u8 {
+    for _ in 0..SOFTEST_EDGE {
+        let own = contrast[y * width + x];
+        let around = (y.saturating_sub(1)..(y + 2).min(height))
+            .flat_map(|y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| [x, y]));
+        let Some([next, down]) = around.max_by_key(|&[x, y]| contrast[y * width + x]) else { break };
+        if contrast[down * width + next] < own.saturating_add(STEEP) {
+            break;
+        }
+        [x, y] = [next, down];
+    }
+    contrast[y * width + x]
 }
 
 /// The pixels of a row that are set while that above or below is not.
 fn exposed(ink: &Bitmap, y: usize) -> impl Iterator<Item = usize> {
-    ink.runs(y).flatten().filter(move |&x| !ink.get(x, y - 1) || !ink.get(x, y + 1))
+    let is_set = |x: usize, y: Option<usize>| y.is_some_and(|y| y < ink.height() && ink.get(x, y));
+    ink.runs(y).flatten().filter(move |&x| !is_set(x, y.checked_sub(1)) || !is_set(x, Some(y + 1)))
 }
 
 /// How many pieces of ink lie on the border.
@@ -123,22 +184,115 @@ fn crossings(ink: &Bitmap, border: &Bitmap) -> usize {
     Pieces::of(&dilated(&ink.and(border), 1.0), true).sizes.len()
 }
 
-/// The ink without lines so faint beside the rest that no pen has drawn them.
-fn without_seams(ground: &Ground, ink: Bitmap) -> Bitmap {
-    let width = ink.width();
+/// The contrast that a quarter of the ink exceeds.
+fn strong_contrast(ground: &Ground, ink: &Bitmap) -> f64 {
     let mut counts = [0usize; 256];
-    let each = |counts: &mut [usize; 256]| {
-        for y in 0..ink.height() {
-            ink.runs(y).flatten().for_each(|x| counts[usize::from(ground.contrast[y * width + x])] += 1);
-        }
-    };
-    each(&mut counts);
+    for y in 0..ink.height() {
+        ink.runs(y).flatten().for_each(|x| counts[usize::from(ground.contrast[y * ink.width() + x])] += 1);
+    }
     let (mut passed, quarter) = (0, ink.area() / 4);
     let strong = (0..256).rev().find(|&value| {
         passed += counts[value];
         passed > quarter
     });
-    let faintest = (FAINTEST_LINE * strong.unwrap_or(0) as f64) as u8;
+    strong.unwrap_or(0) as f64
+}
+
+/// The ink that is faint beside the rest and has the ground's colour, only darker or lighter.
+fn neutral(ground: &Ground, ink: &Bitmap, strong: f64) -> Bitmap {
+    let (width, most) = (ink.width(), FAINT * strong);
+    let mut faint = Bitmap::new(width, ink.height());
+    for y in 0..ink.height() {
+        for x in ink.runs(y).flatten() {
+            let at = y * width + x;
+            if f64::from(ground.contrast[at]) < most && ground.contrast[at].abs_diff(ground.shade[at]) <= COLOURLESS {
+                faint.set(x, y);
+            }
+        }
+    }
+    faint
+}
+
+/// The ink without straight thin lines from border to border, which are the paper's: rules, a margin, a horizon.
+fn without_rules(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
+    let Some(bounds) = PixelBox::of(&sheet.area) else { return ink.clone() };
+    let mut kept = ink.clone();
+    for across in [false, true] {
+        let ends = |at: usize| crossed(ink, at, across, bounds);
+        let [low, high] = if across { [bounds.low[0], bounds.high[0]] } else { [bounds.low[1], bounds.high[1]] };
+        let (first, last) = (low + RULE_END, high.saturating_sub(RULE_END + 1));
+        if first >= last {
+            continue;
+        }
+        for from in ends(first) {
+            for to in ends(last) {
+                let place = |at: usize| {
+                    let share = (at as f64 - first as f64) / (last - first) as f64;
+                    (from + share * (to - from)).floor() as usize
+                };
+                let get = |at: usize, side: usize| {
+                    let [x, y] = if across { [at, side] } else { [side, at] };
+                    x < ink.width() && y < ink.height() && ink.get(x, y)
+                };
+                // The line itself, and whether it ends within a few pixels at either side.
+                let is_line = |at: &usize| {
+                    let side = place(*at);
+                    (side.saturating_sub(1)..=side + 1).any(|side| get(*at, side))
+                };
+                let is_thin = |at: &usize| {
+                    let side = place(*at);
+                    !get(*at, side.saturating_sub(RULE)) && !get(*at, side + RULE)
+                };
+                let all = (first..=last).filter(is_line).count() as f64;
+                let thin: Vec<usize> = (low..high).filter(is_thin).collect();
+                let length = (last + 1 - first) as f64;
+                if all < WHOLE_RULE * length || (thin.len() as f64) < THIN_RULE * length {
+                    continue;
+                }
+                for at in thin {
+                    let side = place(at);
+                    let (from, to) = (side.saturating_sub(RULE), side + RULE + 1);
+                    if across {
+                        (from..to.min(ink.height())).for_each(|y| kept.fill(y, at, at + 1, false));
+                    } else {
+                        kept.fill(at, from, to.min(ink.width()), false);
+                    }
+                }
+            }
+        }
+    }
+    kept
+}
+
+/// The middles of the narrow pieces of ink along a row of the sheet, or a column of it.
+fn crossed(ink: &Bitmap, at: usize, column: bool, bounds: PixelBox) -> Vec<f64> {
+    let axis = usize::from(column);
+    let get = |side: usize| if column { ink.get(at, side) } else { ink.get(side, at) };
+    let (mut middles, mut start) = (Vec::new(), None);
+    // What runs along the border is a frame.
+    let room = (OFF_FRAME * bounds.side() as f64) as usize;
+    let (low, high) = (bounds.low[axis] + room, bounds.high[axis].saturating_sub(room));
+    for side in low..=high {
+        let is_set = side < high && get(side);
+        match start {
+            None if is_set => start = Some(side),
+            Some(from) if !is_set => {
+                if side - from <= RULE {
+                    middles.push(0.5 * (from + side) as f64);
+                }
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    middles.truncate(MOST_RULES);
+    middles
+}
+
+/// The ink without lines so faint beside the rest that no pen has drawn them.
+fn without_seams(ground: &Ground, ink: Bitmap, strong: f64) -> Bitmap {
+    let width = ink.width();
+    let faintest = (FAINTEST_LINE * strong) as u8;
     let areas = dilated(&opened(&ink, SEAM), SEAM);
     let mut kept = ink.clone();
     for y in 0..ink.height() {

@@ -11,6 +11,7 @@ mod ground;
 mod ink;
 mod notes;
 mod outline;
+mod shadow;
 mod sheet;
 
 use canvas::Canvas;
@@ -40,6 +41,9 @@ const APART: f64 = 0.08;
 /// What is smaller than this share of the largest of such drawings is no drawing, but a spot.
 const SPOT: f64 = 0.02;
 
+/// How far within the border it is seen whether a figure ends there or runs over it, in parts of the canvas's side.
+const BORDER_ROOM: f64 = 0.02;
+
 /// A figure of fewer pixels has no shape to speak of.
 const SMALLEST_FIGURE: usize = 100;
 
@@ -63,8 +67,8 @@ pub(crate) struct Reading {
     rim: f64,
     /// Frames and papers that what is drawn lies on.
     sheets: Vec<PixelBox>,
-    /// The outermost pixels of the sheet.
-    border: Bitmap,
+    /// The outermost pixels of the sheet, and those [`BORDER_ROOM`] within.
+    borders: [Bitmap; 2],
 }
 
 impl Reading {
@@ -79,22 +83,24 @@ impl Reading {
         let mut drawn = drawn_on(&colours, &sheet);
         while sheets.len() < MOST_SHEETS
             && let Drawn::Ink(ink) | Drawn::Scene(ink) = &drawn
-            && let Some((upon, bounds)) = sheet.upon(&ink.all)
+            && let Some(upon) = sheet.upon(&ink.all)
         {
-            let inner = drawn_on(&colours, &upon);
-            if !matches!(inner, Drawn::Ink(_)) {
+            let inner = drawn_on(&colours, &upon.sheet);
+            if !matches!(&inner, Drawn::Ink(ink) if upon.carries(&ink.all)) {
                 break;
             }
-            sheets.push(bounds);
-            (sheet, drawn) = (upon, inner);
+            sheets.push(upon.bounds);
+            (sheet, drawn) = (upon.sheet, inner);
         }
         let ink = match drawn {
             Drawn::Ink(ink) => ink,
             Drawn::Nothing => return Err(Refusal::plain(BLANK)),
             Drawn::Scene(_) => return Err(Refusal::plain(SCENE)),
         };
+        let inwards = BORDER_ROOM * canvas.width.max(canvas.height) as f64;
         let border = sheet.border(1.0).framed(FRAME);
-        let ink = Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME) };
+        let within = sheet.border(inwards + 1.0).without(&sheet.border(inwards)).framed(FRAME);
+        let ink = Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME) };
         let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
         let figures = figures::figures(&body.area, size, body.rim);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
@@ -102,7 +108,15 @@ impl Reading {
             let detail = format!("the largest figure has {largest} pixels; at least {SMALLEST_FIGURE} are needed");
             return Err(Refusal::plain(detail));
         }
-        Ok(Reading { figures, ink: ink.all, gaps: body.gaps, limbs: body.limbs, rim: body.rim, sheets, border })
+        Ok(Reading {
+            figures,
+            ink: ink.all.or(&ink.aside),
+            gaps: body.gaps,
+            limbs: body.limbs,
+            rim: body.rim,
+            sheets,
+            borders: [border, within],
+        })
     }
 
     /// The outline of a figure, the largest being number 0, in the coordinates of the upload.

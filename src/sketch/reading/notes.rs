@@ -1,7 +1,7 @@
 //! What was mended or left out on the way to a figure, in words and with its place.
 
 use super::canvas::Canvas;
-use super::{FRAME, Reading};
+use super::{BORDER_ROOM, FRAME, Gap, Reading};
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::enclosed::parts;
@@ -11,6 +11,17 @@ use crate::sketch::refusal::{Warning, WarningCode};
 /// Ink that is left out is named where it takes this part of the figure's area, or reaches so far in parts of its size.
 const NAMED_AREA: f64 = 0.01;
 const NAMED_SIDE: f64 = 0.03;
+
+/// Most gaps named one by one; a hatched figure has a hundred.
+const MOST_GAPS: usize = 12;
+
+/// So few pixels of a figure on the border are no cut.
+const LEAST_CUT: usize = 6;
+
+/// A figure runs over the border where it is this part as wide there as before it, and where that is looked at, in
+/// multiples of the way to it.
+const AS_WIDE: f64 = 0.8;
+const BORDER_WIDTHS: f64 = 2.0;
 
 /// Pixels beside a figure that are the softness of its edge.
 const SOFT_EDGE: f64 = 3.0;
@@ -38,12 +49,18 @@ pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec
     }
     let near = dilated(&own.area, reading.rim + SOFT_EDGE);
     let touches = |[x, y]: [f64; 2]| near.get((x as usize).min(near.width() - 1), (y as usize).min(near.height() - 1));
-    for gap in reading.gaps.iter().filter(|gap| touches(gap.place)) {
+    let mut gaps: Vec<&Gap> = reading.gaps.iter().filter(|gap| touches(gap.place)).collect();
+    gaps.sort_by(|a, b| b.width.total_cmp(&a.width));
+    for (k, gap) in gaps.iter().enumerate().take(MOST_GAPS) {
         let width = gap.width * canvas.pixel[0].max(canvas.pixel[1]);
-        let place = upload_point(canvas, gap.place);
-        warnings.push(
-            Warning::new(WarningCode::ClosedGap, format!("a gap of {width:.1} in the line was closed")).at(place),
-        );
+        let more = gaps.len().saturating_sub(MOST_GAPS);
+        let detail = match more {
+            1.. if k + 1 == MOST_GAPS => {
+                format!("gaps of {width:.1} and less in the line were closed, here and in {more} places")
+            }
+            _ => format!("a gap of {width:.1} in the line was closed"),
+        };
+        warnings.push(Warning::new(WarningCode::ClosedGap, detail).at(upload_point(canvas, gap.place)));
     }
     for neck in &own.necks {
         warnings.extend(boxed(WarningCode::JoinedParts, "parts that lie apart were joined here", neck));
@@ -52,9 +69,8 @@ pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec
         let detail = "a line that encloses nothing was taken for a limb of some width";
         warnings.extend(boxed(WarningCode::LineAsLimb, detail, &limb));
     }
-    if own.area.and(&dilated(&reading.border, 1.0)).area() > 0 {
-        let detail = "the figure runs over the border and ends there";
-        warnings.push(Warning::new(WarningCode::CutByBorder, detail));
+    for cut in cuts(reading, &own.area) {
+        warnings.push(placed(WarningCode::CutByBorder, "the figure runs over the border and ends there", cut));
     }
     let mut rest = reading.ink.without(&near);
     for (_, other) in reading.figures.iter().enumerate().filter(|&(k, _)| k != figure) {
@@ -69,4 +85,17 @@ pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec
         }
     }
     warnings
+}
+
+/// Where the figure is as wide at the border as shortly before it: one that only touches it grows narrower.
+fn cuts(reading: &Reading, figure: &Bitmap) -> Vec<PixelBox> {
+    let [border, within] = &reading.borders;
+    let reach = BORDER_WIDTHS * BORDER_ROOM * border.width().max(border.height()) as f64;
+    let side = |area: &Bitmap| PixelBox::of(area).map_or(0, PixelBox::side);
+    let is_cut = |end: &Bitmap| {
+        let before = parts(&figure.and(within).and(&dilated(end, reach)), 1).iter().map(side).max().unwrap_or(0);
+        side(end) > LEAST_CUT && side(end) as f64 >= AS_WIDE * before as f64
+    };
+    let ends = parts(&figure.and(&dilated(border, 1.0 + reading.rim)), 1);
+    ends.iter().filter(|end| is_cut(end)).filter_map(PixelBox::of).collect()
 }

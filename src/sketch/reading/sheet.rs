@@ -1,8 +1,10 @@
 //! The sheet a figure is drawn on: the picture, or a paper, a window, a frame in it.
 
+use std::f64::consts::FRAC_PI_4;
+
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
-use crate::raster::enclosed::parts;
+use crate::raster::enclosed::{filled, parts};
 use crate::raster::neighbourhood::{dilated, eroded};
 
 /// Least share of a sheet that a sheet on it takes.
@@ -11,6 +13,15 @@ const LEAST_SHARE: f64 = 0.2;
 /// A sheet takes this share of its bounding box, or a quadrilateral takes this share of it.
 const OF_BOX: f64 = 0.95;
 const OF_QUADRILATERAL: f64 = 0.94;
+
+/// How far the share that a disc takes of its bounding box is from π / 4.
+const OFF_ROUND: f64 = 0.015;
+
+/// The longer and the shorter side of a figure on a disc, in parts of the disc's, and the share of the disc that it takes;
+/// eyes and a mouth take less.
+const OF_DISC_SIDE: f64 = 0.5;
+const OF_DISC_WIDTH: f64 = 0.3;
+const OF_DISC: f64 = 0.08;
 
 /// Share of its outline along which a sheet is seen to end.
 const DRAWN_ROUND: f64 = 0.8;
@@ -27,6 +38,30 @@ pub(super) struct Sheet {
     pub area: Bitmap,
 }
 
+/// A sheet on another.
+pub(super) struct Upon {
+    pub sheet: Sheet,
+    pub bounds: PixelBox,
+    /// A disc: it may be a figure itself, with a face on it.
+    is_round: bool,
+}
+
+impl Upon {
+    /// Whether what is drawn here is a figure on a sheet and not the features of a round figure.
+    pub fn carries(&self, ink: &Bitmap) -> bool {
+        let whole = filled(&ink.framed(1)).cropped(1);
+        let Some(largest) = parts(&whole, 1).into_iter().next() else { return false };
+        let Some(own) = PixelBox::of(&largest) else { return false };
+        let narrow = own.width().min(own.height()) as f64;
+        let is_apart = largest.and(&self.sheet.border(1.0)).area() == 0;
+        !self.is_round
+            || is_apart
+                && own.side() as f64 >= OF_DISC_SIDE * self.bounds.side() as f64
+                && narrow >= OF_DISC_WIDTH * self.bounds.side() as f64
+                && largest.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
+    }
+}
+
 impl Sheet {
     /// The whole of a picture.
     pub fn whole(width: usize, height: usize) -> Sheet {
@@ -40,21 +75,23 @@ impl Sheet {
         self.area.without(&eroded(&self.area.framed(2), width).cropped(2))
     }
 
-    /// The sheet that what is drawn on this one may be: of four sides or rounded, large, and drawn all round.
-    pub fn upon(&self, ink: &Bitmap) -> Option<(Sheet, PixelBox)> {
+    /// The sheet that what is drawn on this one may be: of four sides or round, large, and drawn all round.
+    pub fn upon(&self, ink: &Bitmap) -> Option<Upon> {
         let largest = || parts(ink, 1).into_iter().next();
         self.within(ink).or_else(|| self.within(&largest()?))
     }
 
-    fn within(&self, ink: &Bitmap) -> Option<(Sheet, PixelBox)> {
+    fn within(&self, ink: &Bitmap) -> Option<Upon> {
         let bounds = PixelBox::of(ink)?;
         let corners = hull(ink);
         let shape = polygon(&corners, ink.width(), ink.height());
         let area = shape.area() as f64;
+        let of_box = area / (bounds.width() * bounds.height()) as f64;
         let is_large = area >= LEAST_SHARE * self.area.area() as f64;
-        let has_four_sides = area >= OF_BOX * (bounds.width() * bounds.height()) as f64
+        let has_four_sides = of_box >= OF_BOX
             || corners.len() <= MOST_CORNERS && largest_quadrilateral(&corners) >= OF_QUADRILATERAL * area;
-        if !is_large || !has_four_sides {
+        let is_round = (of_box - FRAC_PI_4).abs() <= OFF_ROUND;
+        if !is_large || !has_four_sides && !is_round {
             return None;
         }
         let edge = (EDGE * bounds.side() as f64).max(2.0);
@@ -63,7 +100,7 @@ impl Sheet {
             return None;
         }
         let inner = eroded(&shape.framed(2), edge).cropped(2);
-        (inner.area() > 0).then_some((Sheet { area: inner }, bounds))
+        (inner.area() > 0).then_some(Upon { sheet: Sheet { area: inner }, bounds, is_round: !has_four_sides })
     }
 }
 

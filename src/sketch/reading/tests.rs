@@ -122,7 +122,11 @@ fn a_line_that_stays_open_is_refused_with_the_place() {
 fn a_head_apart_is_joined() {
     let body = "150 150 250 150 250 300 290 450 230 450 200 320 170 450 110 450 150 300";
     let read = svg(&format!(r#"<circle cx="200" cy="95" r="40"/><polygon points="{body}"/>"#)).unwrap();
-    assert_eq!(codes(&read), [WarningCode::JoinedParts]);
+    // The neck's corners are finer than so few vertices can be.
+    assert!(
+        [&[WarningCode::JoinedParts][..], &[WarningCode::JoinedParts, WarningCode::Simplified]]
+            .contains(&&codes(&read)[..])
+    );
     let low = (0..read.sketch.mesh().positions().len()).map(|v| read.sketch.point(v)[1]).fold(f64::INFINITY, f64::min);
     assert!((low - 55.0).abs() < 2.0, "{low}");
 }
@@ -243,6 +247,87 @@ fn all_that_is_left_out_has_its_box() {
         };
         assert!(read.warnings.iter().any(is_named), "{:?}", read.warnings);
     }
+}
+
+#[test]
+fn dashes_are_one_line() {
+    let line =
+        format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="4" stroke-dasharray="14 7"/>"#);
+    let read = svg(&line);
+    let gaps = codes(read.as_ref().unwrap()).iter().filter(|&&code| code == WarningCode::ClosedGap).count();
+    assert!((1..=12).contains(&gaps), "{gaps} gaps");
+    assert!(is_whole(read));
+}
+
+#[test]
+fn a_hill_and_a_gradient_behind_a_figure_are_ground() {
+    let person = format!(r##"<polygon points="{PERSON}" fill="#311"/>"##);
+    let hill = r##"<path d="M0 380C100 340 300 400 400 360V500H0Z" fill="#9c6"/>"##;
+    let sky = r##"<path d="M0 0H400V500H0Z" fill="#eee"/>"##;
+    let gradient = r##"<linearGradient id="g" x2="0" y2="1"><stop stop-color="#fff"/><stop offset="1" stop-color="#889"/></linearGradient><path d="M0 0H400V500H0Z" fill="url(#g)"/>"##;
+    for ground in [format!("{sky}{hill}"), hill.to_owned(), gradient.to_owned()] {
+        let read = svg(&format!("{ground}{person}"));
+        assert_eq!(codes(read.as_ref().unwrap()).iter().filter(|&&code| code == WarningCode::CutByBorder).count(), 0);
+        assert!(is_whole(read), "{ground}");
+    }
+}
+
+#[test]
+fn rules_across_the_paper_are_no_part_of_the_figure() {
+    let rules = |x: u32, y: u32| match (x, y) {
+        (30, _) => [230, 120, 120],
+        (_, y) if y % 28 == 5 => [170, 190, 225],
+        _ => [252, 252, 248],
+    };
+    assert!(is_whole(png(person(|_, _| [20; 3], rules))));
+}
+
+#[test]
+fn a_figure_on_a_disc_is_told_from_a_face() {
+    let disc = r##"<circle cx="200" cy="250" r="199" fill="#fc6"/>"##;
+    let person = format!(r#"<polygon points="{PERSON}" transform="translate(80 100) scale(.6)"/>"#);
+    let read = svg(&format!("{disc}{person}"));
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
+    assert!((area(read) / (0.36 * whole()) - 1.0).abs() < 0.05);
+    let face = r#"<circle cx="140" cy="200" r="20"/><circle cx="260" cy="200" r="20"/><path d="M110 300H290A90 60 0 0 1 110 300Z"/>"#;
+    let round = area(svg(&format!("{disc}{face}")));
+    assert!((round / (std::f64::consts::PI * 199.0 * 199.0) - 1.0).abs() < 0.02, "{round}");
+}
+
+#[test]
+fn shadows_are_left_out_and_named() {
+    let person = format!(r##"<polygon points="{PERSON}" fill="#d62"/>"##);
+    let thrown = format!(r##"<polygon points="{PERSON}" fill="#bbb" transform="translate(10 10)"/>"##);
+    let floor = r##"<ellipse cx="200" cy="450" rx="150" ry="14" fill="#ccc"/>"##;
+    for shadow in [&thrown, floor] {
+        let read = svg(&format!("{shadow}{person}"));
+        assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::LeftOut));
+        assert!(is_whole(read), "{shadow}");
+    }
+}
+
+#[test]
+fn a_figure_that_only_touches_the_border_is_not_cut() {
+    let disc = |x: f64| {
+        let round = move |px: u32, py: u32| (f64::from(px) - x).hypot(f64::from(py) - 250.0) < 120.0;
+        codes(&png(RgbImage::from_fn(400, 500, |px, py| Rgb(if round(px, py) { [20; 3] } else { [255; 3] }))).unwrap())
+    };
+    assert!(!disc(120.0).contains(&WarningCode::CutByBorder));
+    assert!(disc(60.0).contains(&WarningCode::CutByBorder));
+}
+
+#[test]
+fn a_head_over_shoulders_is_joined_however_large_it_is() {
+    let bust = r#"<circle cx="200" cy="150" r="90"/><path d="M80 400C80 300 130 260 200 260S320 300 320 400Z"/>"#;
+    assert_eq!(codes(&svg(bust).unwrap()), [WarningCode::JoinedParts]);
+}
+
+#[test]
+fn a_small_picture_is_no_larger_than_it_was_drawn() {
+    let large = person(|_, _| [20; 3], |_, _| [255; 3]);
+    let small = image::imageops::resize(&large, 80, 100, image::imageops::FilterType::Triangle);
+    let ratio = area(png(small)) * 25.0 / whole();
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
 /// A JPEG with an Exif segment that says how it is to be turned.

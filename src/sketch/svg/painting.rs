@@ -28,7 +28,9 @@ pub(super) fn canvas(tree: &Tree, view: &View) -> Result<Canvas, Refusal> {
     let [low, high] = window(tree);
     let extent = [0, 1].map(|i| high[i] - low[i]);
     let scale = (LONGEST_SIDE - 1) as f32 / extent[0].max(extent[1]);
-    let [width, height] = extent.map(|side| ((side * scale).ceil() as u32).max(1));
+    // Whole pixels to every side: what covers the document covers the canvas, its last row and column too.
+    let [width, height] = extent.map(|side| ((side * scale).round() as u32).max(1));
+    let scales = [width as f32 / extent[0], height as f32 / extent[1]];
     let visible = Rect::from_ltrb(low[0], low[1], high[0], high[1]);
     let painted = visible.map_or(0.0, |visible| painted(tree.root(), visible)) * f64::from(scale) * f64::from(scale);
     if painted > MOST_PAINTED {
@@ -36,13 +38,13 @@ pub(super) fn canvas(tree: &Tree, view: &View) -> Result<Canvas, Refusal> {
     }
     let undrawable = || Refusal::plain("the SVG cannot be drawn: it has numbers that are too large or too small");
     let mut pixmap = Pixmap::new(width, height).ok_or_else(undrawable)?;
-    let placed = Transform::from_row(scale, 0.0, 0.0, scale, -low[0] * scale, -low[1] * scale);
+    let placed = Transform::from_row(scales[0], 0.0, 0.0, scales[1], -low[0] * scales[0], -low[1] * scales[1]);
     // Numbers near the ends of their range make the painter panic.
     catch_unwind(AssertUnwindSafe(|| resvg::render(tree, placed, &mut pixmap.as_mut()))).map_err(|_| undrawable())?;
     let plain = pixmap.pixels().iter().map(|pixel| pixel.demultiply());
     let origin = view.user(Point::from_xy(low[0], low[1]));
     let beside = view.user(Point::from_xy(low[0] + extent[0], low[1] + extent[1]));
-    let pixel = [0, 1].map(|i| (beside[i] - origin[i]) / f64::from(extent[i] * scale));
+    let pixel = [0, 1].map(|i| (beside[i] - origin[i]) / f64::from(extent[i] * scales[i]));
     Ok(Canvas {
         width: width as usize,
         height: height as usize,
