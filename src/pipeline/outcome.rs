@@ -47,11 +47,11 @@ pub struct MatchResult {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rating {
-    /// From 0.965: mean errors of 0.01 to 0.09 √area, 0.03 on average.
+    /// From 0.965: mean errors of 0.01 to 0.12 √area, 0.04 on average.
     High,
-    /// From 0.75: mean errors of 0.03 to 0.14 √area, 0.07 on average, often with legs exchanged.
+    /// From 0.75: mean errors of 0.03 to 0.31 √area, 0.10 on average, often with legs exchanged.
     Medium,
-    /// Below: mean errors of 0.07 to 0.63 √area; the view may be wrong.
+    /// Below: mean errors of 0.05 to 0.66 √area, 0.14 on average; the view may be wrong.
     Low,
 }
 
