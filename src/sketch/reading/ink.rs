@@ -2,8 +2,8 @@
 
 use super::Sheet;
 use super::ground::Ground;
+use super::rules::without_rules;
 use super::shadow::shadow;
-use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, opened};
 use crate::raster::pieces::Pieces;
@@ -30,17 +30,6 @@ const FAINTEST_LINE: f64 = 0.25;
 /// A shadow has less than this share of that contrast, and its own differs from what it is in brightness by no more.
 const FAINT: f64 = 0.6;
 const COLOURLESS: u8 = 12;
-
-/// The widest line that is the paper's own, in pixels; how far from the border its ends are looked for; the share of its
-/// length that is there, and that along which nothing else is; and how many ends are looked at along a side.
-const RULE: usize = 5;
-const RULE_END: usize = 4;
-const WHOLE_RULE: f64 = 0.97;
-const THIN_RULE: f64 = 0.6;
-const MOST_RULES: usize = 24;
-
-/// How far from the sides of the sheet rules begin, in parts of its size.
-const OFF_FRAME: f64 = 0.03;
 
 /// A line round a fill has this share of the strongest difference in brightness.
 const DARK: f64 = 0.6;
@@ -126,8 +115,7 @@ fn above(ground: &Ground, sheet: &Sheet, least: u8) -> Bitmap {
             }
         }
     }
-    let ink = ink.without(&ground.seen);
-    let mut ink = ink;
+    let mut ink = ink.without(&ground.seen);
     trim(&mut ink, &ground.contrast);
     ink
 }
@@ -211,82 +199,6 @@ fn neutral(ground: &Ground, ink: &Bitmap, strong: f64) -> Bitmap {
         }
     }
     faint
-}
-
-/// The ink without straight thin lines from border to border, which are the paper's: rules, a margin, a horizon.
-fn without_rules(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
-    let Some(bounds) = PixelBox::of(&sheet.area) else { return ink.clone() };
-    let mut kept = ink.clone();
-    for across in [false, true] {
-        let ends = |at: usize| crossed(ink, at, across, bounds);
-        let [low, high] = if across { [bounds.low[0], bounds.high[0]] } else { [bounds.low[1], bounds.high[1]] };
-        let (first, last) = (low + RULE_END, high.saturating_sub(RULE_END + 1));
-        if first >= last {
-            continue;
-        }
-        for from in ends(first) {
-            for to in ends(last) {
-                let place = |at: usize| {
-                    let share = (at as f64 - first as f64) / (last - first) as f64;
-                    (from + share * (to - from)).floor() as usize
-                };
-                let get = |at: usize, side: usize| {
-                    let [x, y] = if across { [at, side] } else { [side, at] };
-                    x < ink.width() && y < ink.height() && ink.get(x, y)
-                };
-                // The line itself, and whether it ends within a few pixels at either side.
-                let is_line = |at: &usize| {
-                    let side = place(*at);
-                    (side.saturating_sub(1)..=side + 1).any(|side| get(*at, side))
-                };
-                let is_thin = |at: &usize| {
-                    let side = place(*at);
-                    !get(*at, side.saturating_sub(RULE)) && !get(*at, side + RULE)
-                };
-                let all = (first..=last).filter(is_line).count() as f64;
-                let thin: Vec<usize> = (low..high).filter(is_thin).collect();
-                let length = (last + 1 - first) as f64;
-                if all < WHOLE_RULE * length || (thin.len() as f64) < THIN_RULE * length {
-                    continue;
-                }
-                for at in thin {
-                    let side = place(at);
-                    let (from, to) = (side.saturating_sub(RULE), side + RULE + 1);
-                    if across {
-                        (from..to.min(ink.height())).for_each(|y| kept.fill(y, at, at + 1, false));
-                    } else {
-                        kept.fill(at, from, to.min(ink.width()), false);
-                    }
-                }
-            }
-        }
-    }
-    kept
-}
-
-/// The middles of the narrow pieces of ink along a row of the sheet, or a column of it.
-fn crossed(ink: &Bitmap, at: usize, column: bool, bounds: PixelBox) -> Vec<f64> {
-    let axis = usize::from(column);
-    let get = |side: usize| if column { ink.get(at, side) } else { ink.get(side, at) };
-    let (mut middles, mut start) = (Vec::new(), None);
-    // What runs along the border is a frame.
-    let room = (OFF_FRAME * bounds.side() as f64) as usize;
-    let (low, high) = (bounds.low[axis] + room, bounds.high[axis].saturating_sub(room));
-    for side in low..=high {
-        let is_set = side < high && get(side);
-        match start {
-            None if is_set => start = Some(side),
-            Some(from) if !is_set => {
-                if side - from <= RULE {
-                    middles.push(0.5 * (from + side) as f64);
-                }
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    middles.truncate(MOST_RULES);
-    middles
 }
 
 /// The ink without lines so faint beside the rest that no pen has drawn them.

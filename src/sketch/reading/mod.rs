@@ -11,6 +11,7 @@ mod ground;
 mod ink;
 mod notes;
 mod outline;
+mod rules;
 mod shadow;
 mod sheet;
 

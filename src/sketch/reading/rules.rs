@@ -1,0 +1,112 @@
+//! The paper's own lines: straight thin ones from border to border, which are rules, a margin, a horizon.
+
+use super::Sheet;
+use crate::raster::PixelBox;
+use crate::raster::bitmap::Bitmap;
+
+/// The widest line that is the paper's own, in pixels; how far from the border its ends are looked for; the share of its
+/// length that is there, and that along which nothing else is; and how many ends are looked at along a side.
+const RULE: usize = 5;
+const RULE_END: usize = 4;
+const WHOLE_RULE: f64 = 0.97;
+const THIN_RULE: f64 = 0.6;
+const MOST_RULES: usize = 24;
+
+/// How far from the sides of the sheet rules begin, in parts of its size.
+const OFF_FRAME: f64 = 0.03;
+
+/// The ink without the paper's own lines.
+pub(super) fn without_rules(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
+    let Some(bounds) = PixelBox::of(&sheet.area) else { return ink.clone() };
+    let mut kept = ink.clone();
+    for across in [false, true] {
+        let axis = usize::from(!across);
+        let (first, last) = (bounds.low[axis] + RULE_END, bounds.high[axis].saturating_sub(RULE_END + 1));
+        if first >= last {
+            continue;
+        }
+        let ends = [first, last].map(|at| crossed(ink, at, across, bounds));
+        for line in ends[0].iter().flat_map(|&from| ends[1].iter().map(move |&to| (from, to))) {
+            let line = Line { ink, across, first, last, from: line.0, to: line.1 };
+            let thin: Vec<usize> = (bounds.low[axis]..bounds.high[axis]).filter(|&at| line.is_thin(at)).collect();
+            let there = (first..=last).filter(|&at| line.is_there(at)).count() as f64;
+            let length = (last + 1 - first) as f64;
+            if there >= WHOLE_RULE * length && thin.len() as f64 >= THIN_RULE * length {
+                thin.into_iter().for_each(|at| line.clear(&mut kept, at));
+            }
+        }
+    }
+    kept
+}
+
+/// A straight line that may be a rule, from one side of the sheet to the other.
+struct Line<'a> {
+    ink: &'a Bitmap,
+    /// Whether it runs from left to right; from top to bottom otherwise.
+    across: bool,
+    /// Where along the way its ends were looked for, and how far across the way they are.
+    first: usize,
+    last: usize,
+    from: f64,
+    to: f64,
+}
+
+impl Line<'_> {
+    /// How far across the way it is there.
+    fn side(&self, at: usize) -> usize {
+        let share = (at as f64 - self.first as f64) / (self.last - self.first) as f64;
+        (self.from + share * (self.to - self.from)).floor() as usize
+    }
+
+    fn is_ink(&self, at: usize, side: usize) -> bool {
+        let [x, y] = if self.across { [at, side] } else { [side, at] };
+        x < self.ink.width() && y < self.ink.height() && self.ink.get(x, y)
+    }
+
+    fn is_there(&self, at: usize) -> bool {
+        let side = self.side(at);
+        (side.saturating_sub(1)..=side + 1).any(|side| self.is_ink(at, side))
+    }
+
+    /// Whether what is drawn there ends within a few pixels on either side.
+    fn is_thin(&self, at: usize) -> bool {
+        let side = self.side(at);
+        !self.is_ink(at, side.saturating_sub(RULE)) && !self.is_ink(at, side + RULE)
+    }
+
+    /// Clears what is drawn there, as wide as a rule may be.
+    fn clear(&self, kept: &mut Bitmap, at: usize) {
+        let side = self.side(at);
+        let (from, to) = (side.saturating_sub(RULE), side + RULE + 1);
+        if self.across {
+            (from..to.min(kept.height())).for_each(|y| kept.fill(y, at, at + 1, false));
+        } else {
+            kept.fill(at, from, to.min(kept.width()), false);
+        }
+    }
+}
+
+/// The middles of the narrow pieces of ink along a row of the sheet, or a column of it.
+fn crossed(ink: &Bitmap, at: usize, column: bool, bounds: PixelBox) -> Vec<f64> {
+    let axis = usize::from(column);
+    let get = |side: usize| if column { ink.get(at, side) } else { ink.get(side, at) };
+    let (mut middles, mut start) = (Vec::new(), None);
+    // What runs along the border is a frame.
+    let room = (OFF_FRAME * bounds.side() as f64) as usize;
+    let (low, high) = (bounds.low[axis] + room, bounds.high[axis].saturating_sub(room));
+    for side in low..=high {
+        let is_set = side < high && get(side);
+        match start {
+            None if is_set => start = Some(side),
+            Some(from) if !is_set => {
+                if side - from <= RULE {
+                    middles.push(0.5 * (from + side) as f64);
+                }
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    middles.truncate(MOST_RULES);
+    middles
+}
