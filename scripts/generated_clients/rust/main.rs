@@ -16,7 +16,7 @@ async fn main() -> anyhow::Result<()> {
     let query = UploadMeshRequestQuery { name: Some("a cat".to_owned()), ..Default::default() };
     let request = UploadMeshRequest { query, header: Default::default(), body: fs::read(mesh_file)? };
     let mesh = match client.upload_mesh(request).await? {
-        ApiResponse::Ok(mesh) | ApiResponse::Created(mesh) => mesh.data,
+        ApiResponse::Ok(mesh) | ApiResponse::Created(mesh) => mesh.body,
         other => anyhow::bail!("{other:?}"),
     };
     ensure!(mesh.closed && mesh.components == 1 && mesh.vertices > 4000, "{mesh:?}");
@@ -24,14 +24,15 @@ async fn main() -> anyhow::Result<()> {
     let body: OutlineRequest = serde_json::from_slice(&fs::read(sketch_file)?)?;
     let request = UploadSketchRequest { query: Default::default(), header: Default::default(), body };
     let sketch = match client.upload_sketch(request).await? {
-        ApiResponse::Ok(sketch) | ApiResponse::Created(sketch) => sketch.data,
+        ApiResponse::Ok(sketch) | ApiResponse::Created(sketch) => sketch.body,
         other => anyhow::bail!("{other:?}"),
     };
     ensure!(sketch.vertices > 700 && sketch.warnings.is_empty(), "{sketch:?}");
 
-    let body: MatchRequest = serde_json::from_value(serde_json::json!({"mesh": mesh.id, "sketch": sketch.id}))?;
-    let asked = match client.create_match(CreateMatchRequest { header: Default::default(), body }).await? {
-        ApiResponse::Accepted(asked) => asked.data,
+    let body = MatchRequest { mesh: mesh.id.clone(), sketch: MatchRequestSketch::String(sketch.id.clone()), ..Default::default() };
+    let request = CreateMatchRequest { query: Default::default(), header: Default::default(), body };
+    let asked = match client.create_match(request).await? {
+        ApiResponse::Accepted(asked) => asked.body,
         other => anyhow::bail!("{other:?}"),
     };
     let id = asked.id;
