@@ -17,7 +17,9 @@ fn name_variants_of(schemas: &mut Map<String, Value>, name: &str) {
     let Some(tags) = variants.iter().map(tag).collect::<Option<Vec<(String, String)>>>() else { return };
     let Some((property, _)) = tags.first().cloned() else { return };
     let (mut references, mut mapping) = (Vec::new(), Map::new());
-    for (variant, (_, value)) in variants.into_iter().zip(tags) {
+    for (mut variant, (_, value)) in variants.into_iter().zip(tags) {
+        // A generator that reads the tag for itself would take it for a property too many.
+        variant.as_object_mut().map(|variant| variant.remove("additionalProperties"));
         let variant_name = format!("{name}{}", camel_case(&value));
         let reference = format!("#/components/schemas/{variant_name}");
         references.push(json!({"$ref": reference}));
