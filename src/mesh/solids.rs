@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use crate::geometry::dot;
 use crate::mesh::TriangleMesh;
 
-/// The unit sphere of parallels and meridians with each of its points put where `place` says.
-pub fn ball(rows: usize, columns: usize, place: impl Fn([f64; 3]) -> [f64; 3]) -> TriangleMesh {
+/// A unit sphere of parallels and meridians; vertex 0 is the north pole and the last the south pole.
+pub fn globe(rows: usize, columns: usize) -> TriangleMesh {
     let mut directions = vec![[0.0, 0.0, 1.0]];
     for row in 1..rows {
         let (polar, z) = (PI * row as f64 / rows as f64).sin_cos();
@@ -28,7 +28,14 @@ pub fn ball(rows: usize, columns: usize, place: impl Fn([f64; 3]) -> [f64; 3]) -
             triangles.extend([[a, d, c], [a, c, b]]);
         }
     }
-    let positions: Vec<_> = directions.into_iter().map(place).collect();
+    TriangleMesh::new(directions, triangles).unwrap()
+}
+
+/// The unit sphere of parallels and meridians with each of its points put where `place` says.
+pub fn ball(rows: usize, columns: usize, place: impl Fn([f64; 3]) -> [f64; 3]) -> TriangleMesh {
+    let globe = globe(rows, columns);
+    let (triangles, positions) = (globe.triangles().to_vec(), globe.positions().iter().map(|&p| place(p)));
+    let positions: Vec<_> = positions.collect();
     let scale = TriangleMesh::new(positions.clone(), triangles.clone()).unwrap().area().sqrt();
     let middle: [f64; 3] =
         std::array::from_fn(|i| positions.iter().map(|p| p[i]).sum::<f64>() / positions.len() as f64);

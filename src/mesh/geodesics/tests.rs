@@ -1,7 +1,8 @@
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::SQRT_2;
 
 use super::*;
 use crate::geometry::{length, subtract};
+use crate::mesh::solids::globe;
 
 /// A unit square of n × n cells, its inner vertices moved by `jitter` cells to and fro and one diagonal per cell.
 fn square(n: usize, jitter: f64) -> TriangleMesh {
@@ -16,32 +17,6 @@ fn square(n: usize, jitter: f64) -> TriangleMesh {
         [[a, b, c], [a, c, d]]
     };
     let triangles = (0..n).flat_map(|j| (0..n).flat_map(move |i| cell(i, j))).collect();
-    TriangleMesh::new(positions, triangles).unwrap()
-}
-
-/// A unit sphere of parallels and meridians; vertex 0 is the north pole and the last the south pole.
-fn sphere(rows: usize, columns: usize) -> TriangleMesh {
-    let mut positions = vec![[0.0, 0.0, 1.0]];
-    for row in 1..rows {
-        let (polar, z) = (PI * row as f64 / rows as f64).sin_cos();
-        positions.extend((0..columns).map(|column| {
-            let (y, x) = (2.0 * PI * column as f64 / columns as f64).sin_cos();
-            [polar * x, polar * y, z]
-        }));
-    }
-    positions.push([0.0, 0.0, -1.0]);
-    let south = (positions.len() - 1) as u32;
-    let at = |row: usize, column: usize| (1 + row * columns + column % columns) as u32;
-    let mut triangles = Vec::new();
-    for column in 0..columns {
-        triangles.push([0, at(0, column), at(0, column + 1)]);
-        triangles.push([south, at(rows - 2, column + 1), at(rows - 2, column)]);
-        for row in 0..rows - 2 {
-            let [a, b] = [at(row, column), at(row, column + 1)];
-            let [c, d] = [at(row + 1, column + 1), at(row + 1, column)];
-            triangles.extend([[a, d, c], [a, c, b]]);
-        }
-    }
     TriangleMesh::new(positions, triangles).unwrap()
 }
 
@@ -99,7 +74,7 @@ fn obtuse_corners_are_corrected() {
 
 #[test]
 fn distances_on_a_sphere_are_great_circles() {
-    let mesh = sphere(48, 96);
+    let mesh = globe(48, 96);
     for source in [0, 1 + 96 * 20 + 5] {
         let from = mesh.positions()[source];
         let error = mean_relative_error(&distances(&mesh, &[source as u32]), |v| {
@@ -111,7 +86,7 @@ fn distances_on_a_sphere_are_great_circles() {
 
 #[test]
 fn paths_along_edges_are_never_shorter() {
-    for (mesh, sources) in [(square(12, 0.3), vec![5, 100]), (sphere(12, 24), vec![0, 77, 200])] {
+    for (mesh, sources) in [(square(12, 0.3), vec![5, 100]), (globe(12, 24), vec![0, 77, 200])] {
         let found = distances(&mesh, &sources);
         for (d, bound) in found.iter().zip(along_edges(&mesh, &sources)) {
             assert!(*d <= bound + 1e-12);
@@ -151,7 +126,7 @@ fn a_short_reach_changes_nothing_within_it() {
 
 #[test]
 fn cells_are_of_the_nearest_source() {
-    for mesh in [square(24, 0.3), sphere(24, 48)] {
+    for mesh in [square(24, 0.3), globe(24, 48)] {
         let sources = [5, 210, 399, 5, 47];
         let cells = Marching::new(&mesh).cells_within(&sources, 0.4);
         let fields = sources.map(|source| distances(&mesh, &[source]));

@@ -133,8 +133,9 @@ fn neck(figure: &Bitmap, distances: &[f32], part: &Bitmap, gap: f64) -> Bitmap {
     }
     let box_side = PixelBox::of(part).map_or(0, PixelBox::side) as f64;
     let about = dilated(&middle, (HALF_NECK * box_side).max(1.5 * reach));
-    let mut neck = dilated(figure, reach).and(&dilated(part, reach)).and(&about).without(figure).without(part);
-    // Where the figure runs along the part, much is near to both that lies on no short way from one to the other.
+    // Only where the ways to both are together hardly longer than the gap: much that is near to both lies on no short way
+    // from one to the other where the figure runs along the part.
+    let mut neck = about.without(figure).without(part);
     let from_part = squared(part);
     for (y, x) in (0..neck.height()).flat_map(|y| (0..part.width()).map(move |x| (y, x))) {
         let k = y * part.width() + x;
