@@ -1,7 +1,7 @@
 import { defineConfig } from "vite";
 
 /** The server that answers while the page is worked on. */
-const SERVER = process.env["SKETCHMATCH_URL"] ?? "http://127.0.0.1:8080";
+const SERVER = process.env.SKETCHMATCH_URL ?? "http://127.0.0.1:8080";
 
 export default defineConfig({
   build: {

@@ -31,7 +31,6 @@ const STEP = 5;
 function Pin({ landmark: { id, vertex }, at: [x, y], one, svg }: Props) {
   const by: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   return (
-    // biome-ignore lint/a11y/useSemanticElements: there are no buttons in SVG.
     <g
       class={`pin ${vertex === null ? "lacking" : ""} ${faulty.value.has(id) ? "faulty" : ""}`}
       role="button"

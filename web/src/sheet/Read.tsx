@@ -51,7 +51,6 @@ function Figures({ boxes, one }: { boxes: Box[]; one: number }) {
   return (
     <>
       {boxes.map((box, i) => (
-        // biome-ignore lint/a11y/useSemanticElements: there are no buttons in SVG.
         <g
           key={`${box.x} ${box.y}`}
           class="figure"

@@ -37,7 +37,7 @@ export function move(at: Point, pressure: number) {
 export function lift() {
   const next = underway.value;
   underway.value = null;
-  const isChanged = next && next.strokes.some((stroke, i) => stroke !== drawing.value.strokes[i]);
+  const isChanged = next?.strokes.some((stroke, i) => stroke !== drawing.value.strokes[i]);
   if (next && (isChanged || next.strokes.length !== drawing.value.strokes.length)) edit(next);
 }
 

@@ -13,7 +13,7 @@ interface Props {
 
 export function MeshMarks({ stage, cross }: Props) {
   return (
-    <svg class="mesh-marks">
+    <svg class="mesh-marks" role="group" aria-label="Marks on the mesh">
       {twin.value && <Twin {...stage.place(twin.value.vertex)} />}
       {landmarks.value.map((landmark) =>
         landmark.vertex === null ? null : (
@@ -33,7 +33,6 @@ function Pin({ landmark: { id, at }, vertex, stage }: { landmark: Landmark; vert
   const { x, y, isBehind } = stage.place(vertex);
   const states = `${at === null ? "lacking" : ""} ${isBehind ? "behind" : ""} ${faulty.value.has(id) ? "faulty" : ""}`;
   return (
-    // biome-ignore lint/a11y/useSemanticElements: there are no buttons in SVG.
     <g
       class={`pin ${states}`}
       role="button"

@@ -16,6 +16,7 @@ const CLICK = 5;
 
 export function MeshView() {
   const canvas = useRef<HTMLCanvasElement>(null);
+  const began = useRef<PointerEvent | null>(null);
   const stage = useSignal<Stage | null>(null);
   /** Counts the pictures, so that what lies over the mesh follows it. */
   const picture = useSignal(0);
@@ -54,9 +55,8 @@ export function MeshView() {
         role="application"
         aria-label={label()}
         aria-describedby="mesh-keys"
-        // biome-ignore lint/a11y/noNoninteractiveTabindex: the mesh is turned by keys too.
         tabIndex={0}
-        {...pointer(stage.value)}
+        {...pointer(stage.value, began)}
         onKeyDown={(event) => onKey(event, stage.value, cross)}
         onBlur={() => {
           cross.value = null;
@@ -73,23 +73,23 @@ function label(): string {
   return chosen.value === null ? `${name} in the colours of the drawing` : `${name}, alternative ${chosen.value + 1}`;
 }
 
-function pointer(stage: Stage | null) {
-  let began: PointerEvent | null = null;
+function pointer(stage: Stage | null, began: { current: PointerEvent | null }) {
   let isPicking = false;
   const pick = (event: PointerEvent) => stage?.pick(event.offsetX, event.offsetY) ?? null;
   return {
     onPointerDown: (event: PointerEvent) => {
-      began = event;
+      began.current = event;
     },
     onPointerUp: (event: PointerEvent) => {
-      const way = began ? Math.hypot(event.clientX - began.clientX, event.clientY - began.clientY) : Infinity;
-      began = null;
+      const from = began.current;
+      began.current = null;
+      const way = from ? Math.hypot(event.clientX - from.clientX, event.clientY - from.clientY) : Infinity;
       if (way > CLICK || tool.value !== "landmark") return;
       const vertex = pick(event);
       if (vertex !== null) place({ vertex });
     },
     onPointerMove: (event: PointerEvent) => {
-      if (began || isPicking || event.pointerType === "touch") return;
+      if (began.current || isPicking || event.pointerType === "touch") return;
       isPicking = true;
       requestAnimationFrame(() => {
         isPicking = false;
