@@ -14,6 +14,8 @@ pub(super) struct Encoded {
     /// The kind, an underscore and 32 hexadecimal digits of the content's hash.
     pub name: String,
     pub bytes: Vec<u8>,
+    pub vertices: usize,
+    pub triangles: usize,
 }
 
 /// The blob of the geometry of this name.
@@ -41,20 +43,25 @@ const ORIGINS: &str = "sound_origins";
 const MERGED: &str = "merged";
 
 pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
-    let mut arrays = of_triangles(mesh.positions(), mesh.triangles());
+    let (positions, triangles) = (mesh.positions(), mesh.triangles());
+    let mut arrays = of_triangles(positions, triangles);
     let mends = mesh.mends();
     if let Some(Sound { triangles, origins, merged }) = &mends {
         arrays.push(Array::of_u32(SOUND, vec![triangles.len(), 3], triangles.iter().flatten().copied()));
         arrays.push(Array::of_u32(ORIGINS, vec![origins.len(), 1], origins.iter().copied()));
         arrays.push(Array::of_u32(MERGED, vec![merged.len(), 1], merged.iter().copied()));
     }
-    encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)
+    let (vertices, triangles) = (positions.len(), triangles.len());
+    let (name, bytes) = encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)?;
+    Ok(Encoded { name, bytes, vertices, triangles })
 }
 
 pub(super) fn of_sketch(sketch: &Sketch) -> Result<Encoded, StoreError> {
-    let arrays = of_triangles(sketch.mesh().positions(), sketch.mesh().triangles());
+    let (positions, triangles) = (sketch.mesh().positions(), sketch.mesh().triangles());
+    let arrays = of_triangles(positions, triangles);
     let note = (Y_AXIS, y_axis_name(sketch.y_axis()));
-    encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))
+    let (name, bytes) = encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))?;
+    Ok(Encoded { name, bytes, vertices: positions.len(), triangles: triangles.len() })
 }
 
 fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {
@@ -64,9 +71,10 @@ fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {
     ]
 }
 
-fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<Encoded, StoreError> {
+/// The name and the bytes of a blob with these arrays.
+fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<(String, Vec<u8>), StoreError> {
     let bytes = tensors::encode(arrays, note).map_err(|error| StoreError::damaged(&name, error))?;
-    Ok(Encoded { name, bytes })
+    Ok((name, bytes))
 }
 
 /// The mesh in the blob of this name. It was checked before it was stored, and its name tells that it is the same: to
