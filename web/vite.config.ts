@@ -8,6 +8,8 @@ export default defineConfig({
     target: "es2022",
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
+    license: { fileName: "licences.md" },
+    chunkSizeWarningLimit: 700,
   },
   server: {
     proxy: Object.fromEntries(["/v1", "/docs", "/openapi.json", "/healthz"].map((path) => [path, SERVER])),

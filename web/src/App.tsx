@@ -10,6 +10,7 @@ import { Header } from "./panels/Header";
 import { Landmarks } from "./panels/Landmarks";
 import { MeshTools } from "./panels/MeshTools";
 import { SheetTools } from "./panels/SheetTools";
+import { Start } from "./panels/Start";
 import { Status } from "./panels/Status";
 import { Understood } from "./panels/Understood";
 import { named } from "./panels/words";
@@ -33,6 +34,7 @@ export function App() {
               <Sheet />
             </div>
             <div class="foot">
+              <Start />
               <Understood />
             </div>
             <p id="sheet-keys" class="hidden">
@@ -59,6 +61,9 @@ export function App() {
         </div>
         <LookInside />
       </main>
+      <footer>
+        <a href="/licences">Licences of what this page is made of</a>
+      </footer>
     </>
   );
 }

@@ -2,9 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { sentence } from "../api/trouble";
-import { withStrokes } from "../drawing/drawing";
-import { strokesOf } from "../drawing/files";
-import { drawing, edit, nothingDrawn } from "../state/drawing";
+import { drawing, nothingDrawn } from "../state/drawing";
 import { again, answer, reading, type Stage, stage, takeLines } from "../state/live";
 import { mesh } from "../state/mesh";
 import { RATINGS, readingWarnings, reasons, STAGES } from "./words";
@@ -12,31 +10,17 @@ import { RATINGS, readingWarnings, reasons, STAGES } from "./words";
 export function Status() {
   return (
     <section class="status" aria-label="State of the match">
-      <div role="status">{nothingDrawn.value ? <Start /> : <Now now={stage.value} />}</div>
+      <div role="status">{!nothingDrawn.value && <Now now={stage.value} />}</div>
       {answer.value && <Rated />}
       <Notes />
     </section>
   );
 }
 
-function Start() {
-  const outline = mesh.value?.outline;
-  return (
-    <p class="start">
-      Draw the outline of the creature on the sheet: the match appears as you lift the pen.
-      {outline && (
-        <button type="button" onClick={() => edit(withStrokes(drawing.value, strokesOf(outline)))}>
-          Draw it for me
-        </button>
-      )}
-    </p>
-  );
-}
-
 function Now({ now }: { now: Stage }) {
   switch (now.kind) {
     case "idle":
-      return <p>{mesh.value ? "" : "Choose a mesh to match the drawing to."}</p>;
+      return mesh.value ? null : <p>Choose a mesh to match the drawing to.</p>;
     case "reading":
       return <Progress words="Reading the drawing" fraction={null} />;
     case "waiting":

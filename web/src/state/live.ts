@@ -100,23 +100,23 @@ function ask(asked: Asked, pause: number) {
 
 async function run(asked: Asked, signal: AbortSignal, isRetry = false) {
   try {
-    const read = await readingOf(asked, signal);
-    reading.value = read;
-    const missing = missingOf(read);
+    const { document, read } = await readingOf(asked, signal);
+    const missing = missingOf(asked.drawing, document);
     if (missing && !takesLines.value) {
+      await read;
       stage.value = { kind: "open", words: missing, faults: [], isTaken: true };
-      return;
-    }
-    if (!asked.mesh) {
+    } else if (asked.mesh) {
+      // The triangles of the drawing are fetched while it is matched.
+      const [reading, ended] = await Promise.all([read, matched(document, asked.mesh, asked.wishes, signal)]);
+      chosen.value = null;
+      answer.value = { reading, mesh: asked.mesh, ...ended };
+      stage.value = { kind: "done" };
+      rest = REST.first;
+      sweep(ended.match);
+    } else {
+      await read;
       stage.value = { kind: "idle" };
-      return;
     }
-    const found = await matched(read, asked.mesh, asked.wishes, signal);
-    chosen.value = null;
-    answer.value = found;
-    stage.value = { kind: "done" };
-    rest = REST.first;
-    sweep(found.match);
   } catch (error) {
     if (signal.aborted) return;
     // A sketch that was known before may have been deleted since: it is brought anew, once.
@@ -129,15 +129,23 @@ async function run(asked: Asked, signal: AbortSignal, isRetry = false) {
   }
 }
 
-/** What the server reads of the drawing; nothing is sent where that is known already. */
-async function readingOf(asked: Asked, signal: AbortSignal): Promise<Reading> {
+/** What the server reads of the drawing, and where it lies once that is here; nothing is sent where it is known already. */
+async function readingOf(asked: Asked, signal: AbortSignal) {
   const known = reading.value;
-  if (known && known.of === asked.drawing && known.figure === asked.figure) return known;
+  if (known && known.of === asked.drawing && known.figure === asked.figure) {
+    return { document: known.document, read: Promise.resolve(known) };
+  }
   stage.value = { kind: "reading" };
   const document = await stored(asked, signal);
-  const flat = flatOf(await shapes.sketchGeometry(document.id), isYUp(asked.drawing));
   signal.throwIfAborted();
-  return { of: asked.drawing, figure: asked.figure, document, flat };
+  return { document, read: located(asked, document, signal) };
+}
+
+async function located({ drawing, figure }: Asked, document: SketchDocument, signal: AbortSignal): Promise<Reading> {
+  const flat = flatOf(await shapes.sketchGeometry(document.id), isYUp(drawing));
+  signal.throwIfAborted();
+  reading.value = { of: drawing, figure, document, flat };
+  return reading.value;
 }
 
 async function stored({ drawing, figure }: Asked, signal: AbortSignal): Promise<SketchDocument> {
@@ -159,10 +167,15 @@ class Unread extends Error {
   }
 }
 
-async function matched(read: Reading, mesh: Mesh, wishes: Wishes, signal: AbortSignal): Promise<Answer> {
+async function matched(
+  sketch: SketchDocument,
+  mesh: Mesh,
+  wishes: Wishes,
+  signal: AbortSignal,
+): Promise<Pick<Answer, "match" | "result">> {
   stage.value = { kind: "matching", stage: "", fraction: 0 };
   // Not aborted with the rest: only what has been answered has an id to be cancelled by.
-  const started = await matches.create({ ...wishes, mesh: mesh.document.id, sketch: read.document.id });
+  const started = await matches.create({ ...wishes, mesh: mesh.document.id, sketch: sketch.id });
   madeMatch(started.id);
   const giveUp = () => void matches.cancel(started.id).catch(() => {});
   if (signal.aborted) giveUp();
@@ -172,7 +185,7 @@ async function matched(read: Reading, mesh: Mesh, wishes: Wishes, signal: AbortS
   if (ended.status !== "succeeded") throw matches.failure(ended);
   const result = await matches.result(ended.id, signal);
   signal.removeEventListener("abort", giveUp);
-  return { reading: read, mesh, match: ended, result };
+  return { match: ended, result };
 }
 
 function seen(match: Match, signal: AbortSignal) {

@@ -1,7 +1,8 @@
 /** Whether what is drawn by hand is still open: lines that enclose nothing are an outline begun, not a thin figure. */
 import { signal } from "@preact/signals";
+import type { SketchDocument } from "../api/types";
+import type { Drawing } from "../drawing/drawing";
 import { boxOf } from "../geometry/flat";
-import type { Reading } from "./live";
 
 /** Whether lines that enclose nothing are matched all the same: a figure of sticks. */
 export const takesLines = signal(false);
@@ -10,9 +11,9 @@ export const takesLines = signal(false);
 const WHOLE = 0.9;
 
 /** What is missing of a drawing by hand, in words; nothing where it can be matched. */
-export function missingOf({ of, document }: Reading): string | null {
+export function missingOf(drawing: Drawing, document: SketchDocument): string | null {
   const figure = document.figures?.[0];
-  if (of.ground !== null || !figure) return null;
+  if (drawing.ground !== null || !figure) return null;
   const whole = boxOf(figure.box.flat());
   const isWhole = document.warnings.some(({ code, box }) => {
     if (code !== "line_as_limb" || !box) return false;

@@ -9,7 +9,12 @@ import { drawing } from "./drawing";
 /** A request without its shapes. */
 export type Wishes = Omit<MatchRequest, "mesh" | "sketch">;
 
-export const wishes = computed((): Wishes => {
+/** As text, which is the same as long as the same is asked for: half a landmark changes nothing. */
+const text = computed(() => JSON.stringify(all()));
+
+export const wishes = computed((): Wishes => JSON.parse(text.value));
+
+function all(): Wishes {
   const yUp = isYUp(drawing.value);
   const pairs = landmarks.value.flatMap(({ at, vertex }) =>
     at && vertex !== null ? [{ sketch: [...turned(at, yUp)], mesh: vertex }] : [],
@@ -21,7 +26,7 @@ export const wishes = computed((): Wishes => {
     ...(pairs.length > 0 && { landmarks: pairs }),
     ...upWish(yUp),
   };
-});
+}
 
 function upWish(yUp: boolean): Pick<Wishes, "up"> {
   const { sketch, mesh } = up.value;

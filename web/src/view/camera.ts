@@ -1,6 +1,7 @@
 /** Where the camera is put: the view of the answer when it is a new one, and whenever it is asked for. */
 import { effect, signal, untracked } from "@preact/signals";
 import type { View } from "../api/types";
+import { drawing } from "../state/drawing";
 import { answer, chosen } from "../state/live";
 import { type Mesh, mesh } from "../state/mesh";
 
@@ -23,6 +24,9 @@ export function lookAsDrawn() {
 /** The cosine of the angle from which on two views are another: the camera is left alone between strokes. */
 const SAME = 0.985;
 
+/** How long an uncertain answer has to stand before the camera follows it, in ms. */
+const SETTLED = 1200;
+
 /** Follows the answers from now on. */
 export function followViews() {
   let last: View | null = null;
@@ -37,10 +41,16 @@ export function followViews() {
       });
     }
     const view = viewOfAnswer();
-    if (view && !(last && isSame(view, last))) {
+    if (!view || (last && isSame(view, last))) return;
+    const fly = () => {
       last = view;
       asDrawn.value = { view, isFlown: true };
-    }
+    };
+    if (answer.peek()?.result.rating !== "low" || chosen.value !== null) return fly();
+    // Half a drawing fits anywhere: the camera waits whether more is drawn.
+    drawing.value;
+    const timer = setTimeout(fly, SETTLED);
+    return () => clearTimeout(timer);
   });
 }
 
