@@ -5,8 +5,8 @@ export default defineConfig({
   testDir: "tests",
   // One server and one browser at a time: a match takes a processor.
   workers: 1,
-  timeout: 60_000,
-  expect: { timeout: 20_000 },
+  timeout: 180_000,
+  expect: { timeout: 60_000 },
   reporter: "list",
   use: {
     viewport: { width: 1280, height: 860 },

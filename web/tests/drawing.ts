@@ -37,7 +37,7 @@ export function strokes(points: Point[], count: number): Point[][] {
   const length = Math.ceil(closed.length / count);
   return Array.from({ length: count }, (_, i) => {
     const part = closed.slice(i * length, (i + 1) * length + 1);
-    return part.filter((_, j) => j % 3 === 0 || j === part.length - 1);
+    return part.filter((_, j) => j % 8 === 0 || j === part.length - 1);
   });
 }
 

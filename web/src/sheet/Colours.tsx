@@ -21,7 +21,7 @@ export function Colours() {
 function paint(canvas: HTMLCanvasElement, frame: Box, flat: Flat | undefined, colours: Uint8Array | null) {
   const scale = SIDE / Math.max(frame.width, frame.height);
   [canvas.width, canvas.height] = [Math.round(frame.width * scale), Math.round(frame.height * scale)];
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", { willReadFrequently: true });
   if (!context || !flat || !colours) return;
   const picture = context.createImageData(canvas.width, canvas.height);
   for (let t = 0; t < flat.triangles.length; t += 3) {
