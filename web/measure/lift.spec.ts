@@ -106,7 +106,12 @@ async function lifted(page: Page, stroke: Point[]): Promise<number> {
       addEventListener("pointerup", (event) => resolve(event.timeStamp), { once: true, capture: true });
     });
     const coloured = new Promise<number>((resolve) => {
-      addEventListener("coloured", () => requestAnimationFrame(() => resolve(performance.now())), { once: true });
+      new PerformanceObserver((list, observer) => {
+        const [mark] = list.getEntriesByName("coloured");
+        if (!mark) return;
+        observer.disconnect();
+        resolve(mark.startTime);
+      }).observe({ type: "mark" });
     });
     Object.assign(window, { lift: Promise.all([started, coloured]).then(([from, to]) => to - from) });
   });

@@ -3,6 +3,7 @@ import { render } from "preact";
 import { App } from "./App";
 import * as api from "./api/shapes";
 import { Away } from "./api/trouble";
+import { named } from "./panels/words";
 import { keep, kept, restore } from "./state/keep";
 import { linked } from "./state/link";
 import { live } from "./state/live";
@@ -48,10 +49,22 @@ async function firstMesh(wanted: { id: string; name: string } | null) {
     meshState.value = { refused: "The server does not answer. Trying again." };
     throw error;
   }
-  if (wanted) return takeStored(wanted.id, wanted.name);
+  if (wanted && (await isThere(wanted))) return;
   const [first] = examples.value;
   if (first) await takeExample(first);
+  if (wanted)
+    meshState.value = { refused: `${named(wanted.name)} is not on this server any more: this is an example.` };
 }
+
+/** Takes a mesh of before, if the server still has it. */
+const isThere = ({ id, name }: { id: string; name: string }) =>
+  takeStored(id, name).then(
+    () => true,
+    (error) => {
+      if (error instanceof Away) throw error;
+      return false;
+    },
+  );
 
 /** Takes files that are dropped anywhere on the page. */
 function takeDropped() {

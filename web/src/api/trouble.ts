@@ -38,8 +38,13 @@ export class Away extends Error {
 export function words(error: unknown): string {
   if (error instanceof Away) return "The server does not answer.";
   if (!(error instanceof Refusal)) return `Something went wrong in this page: ${String(error)}`;
-  const detail = sentence(error.faults.length === 1 && error.faults[0] ? error.faults[0].detail : error.message);
-  return `${detail}${advice(error.status)}`;
+  const [first, second] = error.faults;
+  return `${first && !second ? told(first) : sentence(error.message)}${advice(error.status)}`;
+}
+
+/** A fault as a sentence, with its place where that is one in a file. */
+export function told({ detail, place }: ProblemFault): string {
+  return sentence(place && /^(line|face)/.test(place) ? `${place}: ${detail}` : detail);
 }
 
 function advice(status: number): string {

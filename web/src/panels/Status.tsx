@@ -1,7 +1,7 @@
 /** How far the match is, how far it is to be trusted, and what is missing. */
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { sentence } from "../api/trouble";
+import { sentence, told } from "../api/trouble";
 import { drawing, nothingDrawn } from "../state/drawing";
 import { again, answer, reading, type Stage, stage, takeLines } from "../state/live";
 import { mesh } from "../state/mesh";
@@ -44,8 +44,8 @@ function Now({ now }: { now: Stage }) {
           <p>{now.words}</p>
           {now.faults.length > 1 && (
             <ul>
-              {now.faults.map(({ detail, place, pointer }) => (
-                <li key={`${pointer ?? place}${detail}`}>{sentence(detail)}</li>
+              {now.faults.map((fault) => (
+                <li key={`${fault.pointer ?? fault.place}${fault.detail}`}>{told(fault)}</li>
               ))}
             </ul>
           )}

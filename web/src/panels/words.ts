@@ -4,13 +4,14 @@ import { sentence } from "../api/trouble";
 import type { Result } from "../api/types";
 import type { Reading } from "../state/live";
 
+/** What a rating means, by the errors measured for each (docs/method.md), in shares of √area. */
 export const RATINGS = {
-  high: { title: "Good match", meaning: "Matches rated so are off by a twenty-fifth of the body on average." },
-  medium: {
-    title: "Fair match",
-    meaning: "Most places are right; one in a few matches rated so is turned or mirrored.",
+  high: { title: "Good match", meaning: "Such matches were off by 4 % of the body's size on average." },
+  medium: { title: "Fair match", meaning: "Such matches were off by 4 to 10 % of the body's size on average." },
+  low: {
+    title: "Uncertain match",
+    meaning: "Such matches were off by 13 to 15 % of the body's size: try an alternative or set some landmarks.",
   },
-  low: { title: "Uncertain match", meaning: "Take it as a guess: try an alternative or set some landmarks." },
 } as const;
 
 /** Below this confidence a place is more grey than coloured. */

@@ -18,7 +18,8 @@ export interface Kept {
   settings: Partial<MatchRequest>;
 }
 
-const KEY = "state";
+/** Changes with the form of what is kept. */
+const KEY = "state-1";
 
 export function now(): Kept {
   const document = mesh.value?.document;
@@ -34,24 +35,27 @@ export function now(): Kept {
   };
 }
 
-/** Sets everything but the mesh, which has to be fetched. */
-export function restore(kept: Kept) {
-  drawing.value = kept.drawing;
-  figure.value = kept.figure;
-  landmarks.value = kept.landmarks;
-  up.value = kept.up;
-  part.value = kept.part;
-  components.value = kept.components;
-  settings.value = kept.settings;
+/** Sets everything but the mesh, which has to be fetched; what is lacking stays as it is. */
+export function restore(kept: Partial<Kept>) {
+  drawing.value = kept.drawing ?? drawing.value;
+  figure.value = kept.figure ?? figure.value;
+  landmarks.value = kept.landmarks ?? landmarks.value;
+  up.value = kept.up ?? up.value;
+  part.value = kept.part ?? part.value;
+  components.value = kept.components ?? components.value;
+  settings.value = kept.settings ?? settings.value;
 }
 
 /** What was kept; nothing where the browser keeps nothing for this page. */
 export const kept = (): Promise<Kept | undefined> => get<Kept>(KEY).catch(() => undefined);
 
-/** Keeps every change from now on. */
+/** Keeps every change from now on; an address that holds an earlier state holds it no longer. */
 export function keep() {
+  let isChange = false;
   effect(() => {
     const state = now();
     set(KEY, state).catch(() => {});
+    if (isChange && location.hash) history.replaceState(null, "", location.pathname);
+    isChange = true;
   });
 }
