@@ -14,6 +14,7 @@ mod outline;
 mod rules;
 mod shadow;
 mod sheet;
+mod strokes;
 
 use canvas::Canvas;
 use enclosure::Body;
@@ -59,13 +60,16 @@ struct Gap {
 pub(crate) struct Reading {
     /// Largest first; at least one.
     figures: Vec<Figure>,
-    /// All that is drawn.
+    /// All that is drawn, and of that what differs from the ground by much.
     ink: Bitmap,
+    dark: Bitmap,
     gaps: Vec<Gap>,
     /// Lines that enclose nothing and were made limbs.
     limbs: Bitmap,
     /// How much of the lines round figures lies outside of their outlines, in pixels.
     rim: f64,
+    /// The sheet, where lines all over it were taken for its own.
+    patterned: Option<PixelBox>,
     /// Frames and papers that what is drawn lies on.
     sheets: Vec<PixelBox>,
     /// The outermost pixels of the sheet, and those [`BORDER_ROOM`] within.
@@ -101,7 +105,13 @@ impl Reading {
         let inwards = BORDER_ROOM * canvas.width.max(canvas.height) as f64;
         let border = sheet.border(1.0).framed(FRAME);
         let within = sheet.border(inwards + 1.0).without(&sheet.border(inwards)).framed(FRAME);
-        let ink = Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME) };
+        let patterned = ink.patterned.then(|| PixelBox::of(&sheet.area)).flatten();
+        let ink = Ink {
+            all: ink.all.framed(FRAME),
+            dark: ink.dark.framed(FRAME),
+            aside: ink.aside.framed(FRAME),
+            ..ink
+        };
         let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
         let figures = figures::figures(&body.area, size, body.rim);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
@@ -112,9 +122,11 @@ impl Reading {
         Ok(Reading {
             figures,
             ink: ink.all.or(&ink.aside),
+            dark: ink.dark,
             gaps: body.gaps,
             limbs: body.limbs,
             rim: body.rim,
+            patterned,
             sheets,
             borders: [border, within],
         })
@@ -127,6 +139,11 @@ impl Reading {
     pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<Drawing, Refusal> {
         outline::drawing(canvas, &self.figures[figure].area, max_points)
             .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))
+    }
+
+    /// The lines drawn within a figure, longest first, in the coordinates of the upload.
+    pub fn strokes(&self, canvas: &Canvas, figure: usize) -> Vec<Vec<[f64; 2]>> {
+        strokes::strokes(canvas, &self.figures[figure].area, &self.dark, self.rim)
     }
 
     /// Where the figures are and how large, largest first.
