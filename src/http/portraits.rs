@@ -102,4 +102,3 @@ async fn drawn<E: Display + Send + 'static>(
     let wanted = wanted.made_of(app, id.into(), format!("portrait {width}")).await?;
     wanted.answer(app, move |media_type| draw(media_type, width)).await
 }
-

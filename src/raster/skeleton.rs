@@ -18,9 +18,17 @@ fn thinned(picture: &Bitmap) -> Bitmap {
     loop {
         let before = pixels.len();
         for side in [0, 1] {
-            let (worn, kept): (Vec<_>, Vec<_>) = pixels.into_iter().partition(|&at| wears_off(&thin, at, side));
+            let worn: Vec<[usize; 2]> = pixels.iter().copied().filter(|&at| wears_off(&thin, at, side)).collect();
+            let before = thin.clone();
             worn.iter().for_each(|&[x, y]| thin.fill(y, x, x + 1, false));
-            pixels = kept;
+            // Of what would wear off altogether, four pixels in a square, the first stays.
+            for [x, y] in worn {
+                let around = || AROUND.iter().filter_map(|&step| neighbour(&before, [x, y], step));
+                if around().all(|[u, v]| !thin.get(u, v) && (v, u) > (y, x)) {
+                    thin.set(x, y);
+                }
+            }
+            pixels.retain(|&[x, y]| thin.get(x, y));
         }
         if pixels.len() == before {
             return thin.cropped(1);

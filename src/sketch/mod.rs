@@ -239,13 +239,13 @@ fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Con
             format!("figure {} was asked for; the drawing shows {}, counted from 0", wanted.figure, figures.len());
         return Err(Refusal::plain(detail));
     }
-    let drawing = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
+    let (drawing, strokes) = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
     let figure = drawn_figure(&drawing, config)?;
     warnings.extend(reading.warnings(&canvas, wanted.figure));
     let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
     warnings.extend(given_up);
     let up = |line: Vec<[f64; 2]>| line.into_iter().map(|point| YAxis::Down.flipped(point)).collect();
-    let strokes = reading.strokes(&canvas, wanted.figure).into_iter().map(up).collect();
+    let strokes = strokes.into_iter().map(up).collect();
     Ok(Imported { sketch: sketch.with_strokes(strokes), warnings, figures })
 }
 

@@ -14,6 +14,7 @@ mod outline;
 mod rules;
 mod shadow;
 mod sheet;
+mod slits;
 mod strokes;
 
 use canvas::Canvas;
@@ -106,12 +107,8 @@ impl Reading {
         let border = sheet.border(1.0).framed(FRAME);
         let within = sheet.border(inwards + 1.0).without(&sheet.border(inwards)).framed(FRAME);
         let patterned = ink.patterned.then(|| PixelBox::of(&sheet.area)).flatten();
-        let ink = Ink {
-            all: ink.all.framed(FRAME),
-            dark: ink.dark.framed(FRAME),
-            aside: ink.aside.framed(FRAME),
-            ..ink
-        };
+        let ink =
+            Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME), ..ink };
         let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
         let figures = figures::figures(&body.area, size, body.rim);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
@@ -132,18 +129,23 @@ impl Reading {
         })
     }
 
-    /// The outline of a figure, the largest being number 0, in the coordinates of the upload.
+    /// The outline of a figure, the largest being number 0, and the lines drawn within it, longest first, in the coordinates
+    /// of the upload.
     ///
     /// # Errors
     /// A contour of more than `max_points` points.
-    pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<Drawing, Refusal> {
-        outline::drawing(canvas, &self.figures[figure].area, max_points)
-            .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))
-    }
-
-    /// The lines drawn within a figure, longest first, in the coordinates of the upload.
-    pub fn strokes(&self, canvas: &Canvas, figure: usize) -> Vec<Vec<[f64; 2]>> {
-        strokes::strokes(canvas, &self.figures[figure].area, &self.dark, self.rim)
+    pub fn drawing(
+        &self,
+        canvas: &Canvas,
+        figure: usize,
+        max_points: usize,
+    ) -> Result<(Drawing, Vec<Vec<[f64; 2]>>), Refusal> {
+        let area = &self.figures[figure].area;
+        let depth = strokes::outline_depth(area, &self.dark);
+        let lines = strokes::within(area, &self.dark, depth);
+        let drawing = outline::drawing(canvas, &slits::slit(area, &self.dark, &lines, depth), max_points)
+            .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))?;
+        Ok((drawing, strokes::placed(canvas, &lines)))
     }
 
     /// Where the figures are and how large, largest first.

@@ -4,6 +4,7 @@ use super::FRAME;
 use super::canvas::Canvas;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
+use crate::raster::distance::squared;
 use crate::raster::neighbourhood::{dilated, eroded, opened};
 use crate::raster::pieces::Pieces;
 use crate::raster::skeleton::middle_lines;
@@ -14,29 +15,55 @@ const HALF_WIDEST: f64 = 0.03;
 /// Pieces of fewer pixels are dust.
 const LEAST_PIXELS: usize = 6;
 
-/// How far within the outline a line begins beside the half of the outline's own that lies inside, in pixels.
-const SOFT_EDGE: f64 = 2.5;
+/// How far within the outline's own line another begins, in pixels.
+pub(super) const SOFT_EDGE: f64 = 2.5;
 
 /// Most lines that are kept, longest first, and how far they may be simplified, in pixels.
 const MOST: usize = 200;
 const TOLERANCE: f64 = 1.0;
 
-/// The inner lines of a figure, longest first, in the coordinates of the upload. `dark` is what differs from the ground by
-/// much; `rim` is how far the line round the figure reaches into it, in pixels.
-pub(super) fn strokes(canvas: &Canvas, area: &Bitmap, dark: &Bitmap, rim: f64) -> Vec<Vec<[f64; 2]>> {
-    let inside = eroded(area, rim + SOFT_EDGE);
+/// Share of the places so far within a figure that are dark where the line round it reaches as far.
+const OUTLINED: f64 = 0.5;
+
+/// How far the line round a figure reaches into it, in pixels; not at all where the figure is dark all through.
+pub(super) fn outline_depth(area: &Bitmap, dark: &Bitmap) -> f64 {
+    let depths = squared(&area.complement());
+    let mut counts: Vec<[usize; 2]> = Vec::new();
+    for (y, x) in (0..area.height()).flat_map(|y| area.runs(y).flatten().map(move |x| (y, x))) {
+        let depth = depths[y * area.width() + x].sqrt() as usize;
+        counts.resize(counts.len().max(depth + 1), [0; 2]);
+        counts[depth][0] += 1;
+        counts[depth][1] += usize::from(dark.get(x, y));
+    }
+    let is_light = |&[all, dark]: &[usize; 2]| all > 0 && (dark as f64) < OUTLINED * all as f64;
+    let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
+    // The outermost pixels are as far from the nearest outside as one.
+    let depth = counts.iter().skip(1).position(is_light).unwrap_or(0) as f64;
+    if depth <= 2.0 * half_widest { depth } else { 0.0 }
+}
+
+/// The inner lines of a figure, longest first, pixel by pixel. `dark` is what differs from the ground by much; the line round
+/// the figure reaches `depth` pixels into it.
+pub(super) fn within(area: &Bitmap, dark: &Bitmap, depth: f64) -> Vec<Vec<[usize; 2]>> {
+    let inside = eroded(area, depth + SOFT_EDGE);
     let marked = inside.and(dark);
     // On a figure that is dark itself the lines are what is left out.
     let marked = if 2 * marked.area() > inside.area() { inside.without(dark) } else { marked };
     let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
     let patches = dilated(&opened(&marked, half_widest), SOFT_EDGE);
     let thin = without_dust(&marked.without(&patches));
-    let mut lines: Vec<Vec<[f64; 2]>> =
-        middle_lines(&thin).into_iter().map(|line| simplified(&line.iter().map(middle).collect::<Vec<_>>())).collect();
+    let mut lines = middle_lines(&thin);
     lines.sort_by(|a, b| length(b).total_cmp(&length(a)));
     lines.truncate(MOST);
+    lines
+}
+
+/// Lines with as few points as show them, in the coordinates of the upload.
+pub(super) fn placed(canvas: &Canvas, lines: &[Vec<[usize; 2]>]) -> Vec<Vec<[f64; 2]>> {
+    let middle = |&[x, y]: &[usize; 2]| [x as f64 + 0.5, y as f64 + 0.5];
     let placed = |point: [f64; 2]| canvas.upload_point(point.map(|x| x - FRAME as f64));
-    lines.into_iter().map(|line| line.into_iter().map(placed).collect()).collect()
+    let line = |line: &Vec<[usize; 2]>| simplified(&line.iter().map(middle).collect::<Vec<_>>());
+    lines.iter().map(|pixels| line(pixels).into_iter().map(placed).collect()).collect()
 }
 
 fn without_dust(marked: &Bitmap) -> Bitmap {
@@ -47,13 +74,10 @@ fn without_dust(marked: &Bitmap) -> Bitmap {
     clean
 }
 
-/// The middle of a pixel.
-fn middle(&[x, y]: &[usize; 2]) -> [f64; 2] {
-    [x as f64 + 0.5, y as f64 + 0.5]
-}
-
-fn length(line: &[[f64; 2]]) -> f64 {
-    line.windows(2).map(|ends| (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1])).sum()
+/// The length of a line, in pixels.
+pub(super) fn length(line: &[[usize; 2]]) -> f64 {
+    let step = |ends: &[[usize; 2]]| [0, 1].map(|i| ends[0][i].abs_diff(ends[1][i]) as f64);
+    line.windows(2).map(step).map(|[x, y]| x.hypot(y)).sum()
 }
 
 /// The line with as few of its points as keep all others within [`TOLERANCE`] [Douglas and Peucker 1973].

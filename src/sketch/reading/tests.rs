@@ -4,6 +4,7 @@ use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::mesh::edges::Edges;
 use crate::sketch::ring::signed_area;
 use crate::sketch::{Choice, Config, Imported, Refusal, Warning, WarningCode, from_picture, from_svg};
 
@@ -394,4 +395,28 @@ fn many_pieces_left_out_are_all_told_of() {
     let left_out: Vec<_> = read.warnings.iter().filter(|warning| warning.code == WarningCode::LeftOut).collect();
     assert_eq!(left_out.len(), 41, "{left_out:?}");
     assert!(left_out[40].detail.starts_with("20 further pieces"), "{left_out:?}");
+}
+
+#[test]
+fn an_arm_that_lies_against_the_body_is_apart_from_it() {
+    let body = r##"<path d="M150 60H250L330 200V480H70V200Z" fill="#f0c8a0" stroke="#000" stroke-width="6"/>"##;
+    let arms = r##"<path d="M130 480V200M270 480V200" stroke="#000" stroke-width="6"/>"##;
+    let belt = r##"<path d="M73 300H327" stroke="#000" stroke-width="6"/>"##;
+    let whole = svg(body).unwrap();
+    let length = |read: &Imported| {
+        let edges = Edges::of(read.sketch.mesh().triangles());
+        let ends = edges.iter().filter(|edge| edge.half_edges().len() == 1).map(|edge| edge.ends());
+        let far = |[a, b]: [u32; 2]| {
+            let [p, q] = [a, b].map(|v| read.sketch.point(v as usize));
+            (p[0] - q[0]).hypot(p[1] - q[1])
+        };
+        ends.map(far).sum::<f64>()
+    };
+    // Each slit is gone along on both sides.
+    let armed = svg(&format!("{body}{arms}")).unwrap();
+    assert!((length(&armed) - length(&whole) - 4.0 * 280.0).abs() < 60.0, "{} {}", length(&armed), length(&whole));
+    // A line across parts nothing.
+    let belted = svg(&format!("{body}{belt}")).unwrap();
+    assert!((length(&belted) - length(&whole)).abs() < 10.0);
+    assert_eq!(belted.sketch.strokes().len(), 1);
 }
