@@ -56,8 +56,8 @@ pub enum Rating {
 }
 
 impl Rating {
-    const HIGH: f64 = 0.965;
-    const MEDIUM: f64 = 0.75;
+    const HIGH: f64 = 0.88;
+    const MEDIUM: f64 = 0.77;
 
     /// The word for the confidence of a match.
     pub fn of(confidence: f64) -> Rating {
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_rating_changes_at_the_documented_confidences() {
-        let ratings = [1.0, 0.965, 0.964, 0.75, 0.749, 0.0].map(Rating::of);
+        let ratings = [1.0, 0.88, 0.879, 0.77, 0.769, 0.0].map(Rating::of);
         let [high, medium, low] = [Rating::High, Rating::Medium, Rating::Low];
         assert_eq!(ratings, [high, high, medium, medium, low, low]);
     }
