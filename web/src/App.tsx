@@ -2,7 +2,6 @@
 
 import { useSignal } from "@preact/signals";
 import { lazy, Suspense } from "preact/compat";
-import { sentence } from "./api/trouble";
 import { Alternatives } from "./panels/Alternatives";
 import { IconButton } from "./panels/Button";
 import { Choices } from "./panels/Choices";
@@ -92,7 +91,7 @@ function Untaken() {
   if (!untaken.value) return null;
   return (
     <Refused
-      words={sentence(untaken.value)}
+      words={`${untaken.value}.`}
       dismiss={() => {
         untaken.value = null;
       }}

@@ -214,6 +214,7 @@ test("everything is done by keys alone", async ({ page }) => {
   // The cross starts in the middle, which may be between the legs: up until it is on the body.
   const isOnBody = async () => {
     await mesh.press("ArrowUp");
+    await page.evaluate(() => new Promise(requestAnimationFrame));
     return page.locator(".mesh-marks .twin").count();
   };
   await expect.poll(isOnBody).toBe(1);

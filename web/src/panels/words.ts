@@ -4,14 +4,11 @@ import { sentence } from "../api/trouble";
 import type { Result } from "../api/types";
 import type { Reading } from "../state/live";
 
-/** What a rating means, by the errors measured for each (docs/method.md), in shares of √area. */
+/** What a rating means; docs/method.md has the errors measured for each. */
 export const RATINGS = {
-  high: { title: "Good match", meaning: "Such matches were off by 4 % of the body's size on average." },
-  medium: { title: "Fair match", meaning: "Such matches were off by 4 to 10 % of the body's size on average." },
-  low: {
-    title: "Uncertain match",
-    meaning: "Such matches were off by 13 to 15 % of the body's size: try an alternative or set some landmarks.",
-  },
+  high: { title: "Good match", meaning: "Nearly every place should be right." },
+  medium: { title: "Fair match", meaning: "Most places should be right; legs may be swapped." },
+  low: { title: "Uncertain match", meaning: "Take it as a guess: try an alternative or set some landmarks." },
 } as const;
 
 /** Below this confidence a place is more grey than coloured. */
