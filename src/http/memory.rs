@@ -21,6 +21,16 @@ fn of_spectrum(vertices: usize, k: usize) -> usize {
     numbers.saturating_mul(size_of::<f64>()).saturating_add(FACTOR).saturating_mul(vertices)
 }
 
+/// What is wrong with posing a mesh of these many vertices with `budget` bytes: it takes two factors and some tens of numbers
+/// per vertex.
+pub fn excess_of_pose(vertices: usize, budget: usize) -> Option<String> {
+    let needed = FIXED.saturating_mul(size_of::<f64>()).saturating_add(2 * FACTOR).saturating_mul(vertices);
+    (needed > budget).then(|| {
+        let (needed, most) = (needed.div_ceil(1 << 20), budget >> 20);
+        format!("posing a mesh of {vertices} vertices takes about {needed} MiB, a job may take {most} MiB")
+    })
+}
+
 /// What is wrong with asking for `k` eigenpairs of a shape of these many vertices with `budget` bytes.
 pub fn excess(vertices: usize, k: usize, budget: usize) -> Option<String> {
     let needed = of_spectrum(vertices, k);
