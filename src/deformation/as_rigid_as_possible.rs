@@ -46,12 +46,36 @@ impl Elastic {
     }
 }
 
+impl Elastic {
+    /// How far apart the vertices are that hold together: the weighted sum of their squared distances.
+    pub fn size(&self, places: &[[f64; 2]]) -> f64 {
+        let squared = |&(i, j, weight): &Link| {
+            let (p, q) = (places[i as usize], places[j as usize]);
+            weight * ((p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))
+        };
+        self.edges.iter().map(squared).sum()
+    }
+}
+
 /// The positions (m × 2) of least elastic energy under the pulls. The shape at `rest` (m × 2) is scaled by the similarity
 /// that fits the pulls best, so that a shape of another size is no strain.
 ///
 /// # Errors
 /// Where the pulls leave the position undetermined.
 pub fn deformed(elastic: &Elastic, rest: &[[f64; 2]], pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
+    led(elastic, rest, pulls, &Similarity::fitted(pulls.iter().map(|p| (rest[p.vertex as usize], p.target, p.weight))))
+}
+
+/// As [`deformed`], the shape being scaled as by the similarity, from whose places it starts.
+///
+/// # Errors
+/// As [`deformed`].
+pub fn led(
+    elastic: &Elastic,
+    rest: &[[f64; 2]],
+    pulls: &[Pull],
+    similarity: &Similarity,
+) -> Result<Vec<[f64; 2]>, FactorisationError> {
     let n = rest.len();
     let mut matrix = elastic.laplacian.clone();
     let mut hold = vec![0.0; n];
@@ -73,7 +97,6 @@ pub fn deformed(elastic: &Elastic, rest: &[[f64; 2]], pulls: &[Pull]) -> Result<
         (0..n).map(|v| [block[(v, 0)], block[(v, 1)]]).collect::<Vec<[f64; 2]>>()
     };
 
-    let similarity = Similarity::fitted(pulls.iter().map(|p| (rest[p.vertex as usize], p.target, p.weight)));
     let placed: Vec<[f64; 2]> = rest.iter().map(|&p| similarity.apply(p)).collect();
     let rest: Vec<[f64; 2]> = rest.iter().map(|p| p.map(|x| x * similarity.scale)).collect();
     let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis]);

@@ -3,11 +3,13 @@
 use std::io::Write;
 
 use bytes::Bytes;
+use safetensors::tensor::{Dtype, TensorView};
 use serde::Deserialize;
 
 use super::{Unwritten, picture};
 use crate::mesh::file_mesh::FileMesh;
 use crate::picture::{posed_glb, posed_png};
+use crate::posing::Basis;
 use crate::sketch::Sketch;
 
 /// What is read of a result.
@@ -116,6 +118,27 @@ pub fn png(
     let own = mesh.origins().iter().map(|&v| places.get(v as usize).copied().unwrap_or([f64::NAN; 3])).collect();
     let drawing: Vec<[f64; 2]> = frame.drawing.iter().map(|&p| sketch.to_internal(p)).collect();
     Ok(posed_png(&picture::pair(matched, sketch, mesh)?, &drawing, own, width)?.into())
+}
+
+/// A basis in single precision: `basis` (n × 3 h), `rest` (n × 3), `places` (n × 2) and `axes` (2 × 3).
+///
+/// # Errors
+/// What the encoder reports.
+pub fn basis(Basis { values, places, axes }: &Basis, mesh: &FileMesh) -> Result<Bytes, Unwritten> {
+    let bytes =
+        |numbers: &mut dyn Iterator<Item = f64>| numbers.flat_map(|x| (x as f32).to_le_bytes()).collect::<Vec<u8>>();
+    let n = mesh.positions().len();
+    let values_bytes = bytes(&mut values.row_iter().flat_map(|row| row.iter().copied()));
+    let rest = bytes(&mut mesh.positions().as_flattened().iter().copied());
+    let places = bytes(&mut places.as_flattened().iter().copied());
+    let axes = bytes(&mut axes.as_flattened().iter().copied());
+    let views = [
+        ("basis", TensorView::new(Dtype::F32, vec![n, values.ncols()], &values_bytes)?),
+        ("rest", TensorView::new(Dtype::F32, vec![n, 3], &rest)?),
+        ("places", TensorView::new(Dtype::F32, vec![n, 2], &places)?),
+        ("axes", TensorView::new(Dtype::F32, vec![2, 3], &axes)?),
+    ];
+    Ok(safetensors::serialize(views, None)?.into())
 }
 
 #[cfg(test)]

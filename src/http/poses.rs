@@ -1,10 +1,11 @@
 //! Poses: asked for, looked at, read, ended.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
 use serde::Deserialize;
@@ -19,7 +20,7 @@ use super::pictures::{GLB, PNG, width};
 use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, OCTETS, Wanted};
+use super::representation::{JSON, OCTETS, SAFETENSORS, Wanted};
 use super::{App, matches, memory, resource, shapes};
 use crate::export::pose;
 use crate::intake::json;
@@ -27,9 +28,9 @@ use crate::jobs::{Posing, Task};
 use crate::mesh::formats::Format;
 use crate::picture::WIDTH;
 use crate::pipeline::Settings;
-use crate::posing::faults;
-use crate::posing::outcome::PoseResult;
+use crate::posing::outcome::{HandleWeights, PoseResult};
 use crate::posing::request::{MAX_PLACES, PoseRequest};
+use crate::posing::{basis as of_handles, faults};
 use crate::store::{self, Job, Kind, MEMORY, NewJob};
 
 const OBJ: &str = Format::Obj.media_type();
@@ -223,7 +224,7 @@ pub async fn result(
     let contents = Contents::of(&app, &result).await?;
     let frame = contents.frame(query.frame)?;
     if wanted.media_type() == JSON {
-        return wanted.answer(&app, move |_| Ok::<_, std::convert::Infallible>(result)).await;
+        return wanted.answer(&app, move |_| Ok::<_, Infallible>(result)).await;
     }
     let wanted = wanted.made_of(&app, result.clone(), format!("frame {frame}")).await?;
     if let Some(unchanged) = wanted.unchanged() {
@@ -236,6 +237,52 @@ pub async fn result(
         _ => pose::glb(&result, &mesh),
     };
     wanted.answer(&app, write).await
+}
+
+/// Numbers of the largest basis that is answered: 24 MB, which is 40 handles and 50,000 vertices.
+const LARGEST_BASIS: usize = 6_000_000;
+
+/// Answers the basis in which a pose is linear in the maps of its handles, for a page that drags them.
+///
+/// `basis` has a row for every vertex of the file and three numbers for every handle, of a cage for every corner. With
+/// (a b c / d e f) the maps, in the coordinates of the sketch's upload, vertex v is at rest[v] + (X − places[v, 0]) axes[0] +
+/// (Y − places[v, 1]) axes[1], X being the sum of its numbers times (a b c) and Y that times (d e f). All are of single
+/// precision.
+#[utoipa::path(
+    get, path = "/v1/poses/{id}/basis", operation_id = "read_pose_basis", tag = "poses", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "`basis`, `rest`, `places` and `axes`", content(("application/vnd.safetensors"), ("application/octet-stream"))),
+        (status = 304, description = "unchanged"),
+        (status = 409, description = "not finished, or finished without a result; or of no handles; or its match was deleted"),
+        (status = 413, description = "too large"),
+    ),
+)]
+pub async fn basis(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+    let wanted = Wanted::negotiated(headers, &[SAFETENSORS, OCTETS])?;
+    let result = resource::result::<Posing>(&app, &id).await?;
+    let contents = Contents::of(&app, &result).await?;
+    let wanted = wanted.made_of(&app, result, "basis".to_owned()).await?;
+    if let Some(unchanged) = wanted.unchanged() {
+        return Ok(unchanged);
+    }
+    let Some(weights) = contents.weights else {
+        return Err(Problem::new(StatusCode::CONFLICT, "the pose is by no handles"));
+    };
+    let (sketch, mesh) = (shapes::sketch(&app, &contents.sketch).await?, shapes::mesh(&app, &contents.mesh).await?);
+    let numbers = 3 * weights.values.first().map_or(0, Vec::len);
+    if numbers.saturating_mul(mesh.positions().len()) > LARGEST_BASIS {
+        let detail = format!("a basis has at most {LARGEST_BASIS} numbers: use fewer handles");
+        return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
+    }
+    let memory = memory::of_pose(mesh.positions().len());
+    let matched = resource::result::<Settings>(&app, &contents.matching).await?;
+    let write = move || {
+        let matched = serde_json::from_slice(&matched).map_err(Problem::internal)?;
+        let basis = of_handles(&sketch, &mesh, &matched, &weights).map_err(Problem::internal)?;
+        pose::basis(&basis, &mesh).map_err(Problem::internal)
+    };
+    let body = app.with_memory(memory, write).await??;
+    wanted.answer(&app, move |_| Ok::<_, Infallible>(body)).await
 }
 
 /// How the picture of a pose is to be.
@@ -289,6 +336,7 @@ struct Contents {
     matching: String,
     sketch: String,
     mesh: String,
+    weights: Option<HandleWeights>,
     frames: Vec<IgnoredAny>,
 }
 

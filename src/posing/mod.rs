@@ -1,10 +1,12 @@
 //! The application of a match (chapter 5): the drawing is moved by handles and the mesh takes its deformation, or the mesh
 //! takes the pose it is drawn in.
 
+mod basis;
 mod maps;
 pub mod outcome;
 pub mod request;
 mod run;
+mod seen;
 
 use crate::numerics::Cancelled;
 use crate::numerics::bounded_quadratic::QuadraticError;
@@ -12,6 +14,7 @@ use crate::numerics::cholesky::FactorisationError;
 use crate::picture::Unfit;
 use crate::pipeline::Fault;
 
+pub use basis::{Basis, basis};
 pub use maps::faults;
 pub use run::run;
 

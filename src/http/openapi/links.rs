@@ -38,7 +38,8 @@ const OF_MATCH: &[&str] = &[
     "end_match",
 ];
 
-const OF_POSE: &[&str] = &["read_pose", "follow_pose", "read_pose_result", "draw_pose", "cancel_pose", "end_pose"];
+const OF_POSE: &[&str] =
+    &["read_pose", "follow_pose", "read_pose_result", "read_pose_basis", "draw_pose", "cancel_pose", "end_pose"];
 
 const LINKS: &[Link] = &[
     Link::by_id("upload_mesh", &["200", "201"], OF_MESH),

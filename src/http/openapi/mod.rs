@@ -62,6 +62,7 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(poses::cancel))
         .routes(routes!(poses::result))
         .routes(routes!(poses::picture))
+        .routes(routes!(poses::basis))
         .routes(routes!(events::of_pose))
         .routes(routes!(creatures::list))
         .routes(routes!(creatures::mesh))
