@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use kd_tree::KdIndexTree;
+
 use super::domain::{domain, is_within, mean_edge};
 use crate::geometry::doubled_area;
 use crate::mesh::TriangleMesh;
@@ -78,10 +80,12 @@ impl Held {
             let cage = handles.iter().position(|handle| cage(handle).is_some()).unwrap_or(0);
             vec![Misplaced { handle: cage, member: "points".to_owned(), detail }]
         })?;
+        let drawn: Vec<[f64; 2]> = mesh.positions().iter().map(|&[x, y, _]| [x, y]).collect();
+        let tree = KdIndexTree::build_by_ordered_float(&drawn);
         let mut held = Held { drawing: mesh.positions().len(), mesh: whole, functions: 0, values: BTreeMap::new() };
         let mut holders = BTreeMap::new();
         for (i, handle) in handles.iter().enumerate() {
-            for (vertex, values) in held.by(mesh, handle) {
+            for (vertex, values) in held.by(&tree, mean_edge(mesh), handle) {
                 if let Some(&other) = holders.get(&vertex) {
                     let detail = format!("it lies where handle {other} does, as far as the drawing's triangles tell");
                     faults.add(i, "", detail);
@@ -95,13 +99,14 @@ impl Held {
         faults.none().map(|()| held)
     }
 
-    /// The vertices that a handle holds, in ascending order, and their weights.
-    fn by(&self, drawing: &TriangleMesh, handle: &Handle) -> BTreeMap<u32, Vec<(usize, f64)>> {
+    /// The vertices that a handle holds, in ascending order, and their weights, by the vertices of a drawing of this mean
+    /// edge.
+    fn by(&self, drawn: &KdIndexTree<'_, [f64; 2]>, edge: f64, handle: &Handle) -> BTreeMap<u32, Vec<(usize, f64)>> {
         let own = self.functions;
-        let nearest = |point| nearest(drawing, point).map(|(vertex, _)| (vertex as u32, vec![(own, 1.0)]));
+        let nearest = |point| drawn.nearest(&point).map(|found| (*found.item as u32, vec![(own, 1.0)]));
         match handle {
             Handle::Point(at) => nearest(*at).into_iter().collect(),
-            Handle::Bone(ends) => samples(drawing, *ends).filter_map(nearest).collect(),
+            Handle::Bone(ends) => samples(*ends, edge).filter_map(nearest).collect(),
             Handle::Cage(points) => {
                 let lines = (0..points.len()).map(|i| (i, (i + 1) % points.len()));
                 let mut held = BTreeMap::new();
@@ -126,9 +131,8 @@ fn cage(handle: &Handle) -> Option<&[[f64; 2]]> {
     }
 }
 
-/// Points along a bone of a drawing, closer to each other than its vertices are.
-fn samples(drawing: &TriangleMesh, [from, to]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
-    let edge = mean_edge(drawing);
+/// Points along a bone, closer to each other than vertices of this mean edge are.
+fn samples([from, to]: [[f64; 2]; 2], edge: f64) -> impl Iterator<Item = [f64; 2]> {
     let count = (PER_EDGE * (to[0] - from[0]).hypot(to[1] - from[1]) / edge).ceil().clamp(1.0, 1e5) as usize;
     (0..=count).map(move |i| {
         let share = i as f64 / count as f64;

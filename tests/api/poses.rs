@@ -44,7 +44,7 @@ async fn a_pose_is_asked_for_followed_read_and_deleted() {
     let path = header(&asked, "location").to_owned();
     let document = json_of(asked, 202).await;
     assert_eq!(path, format!("/v1/poses/{}", id(&document)));
-    assert_eq!((&document["name"], &document["request"]), (&json!("bent"), &request));
+    assert_eq!((&document["name"], &document["request"]["handles"]), (&json!("bent"), &request["handles"]));
     let events = server.get(&format!("{path}/events")).send().await.unwrap().text().await.unwrap();
     let last = events.lines().filter_map(|line| line.strip_prefix("data: ")).next_back().unwrap();
     assert_eq!(serde_json::from_str::<Value>(last).unwrap()["status"], "succeeded", "{events}");
