@@ -35,6 +35,7 @@ mod shapes;
 mod sketches;
 mod spectra;
 mod timestamp;
+mod unread;
 
 use std::path::PathBuf;
 use std::sync::Arc;

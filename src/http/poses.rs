@@ -21,7 +21,7 @@ use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, OCTETS, SAFETENSORS, Wanted};
-use super::{App, matches, memory, resource, shapes};
+use super::{App, memory, resource, shapes};
 use crate::export::pose;
 use crate::intake::json;
 use crate::jobs::{Posing, Task};
@@ -108,7 +108,7 @@ async fn task(app: &App, request: PoseRequest) -> Result<Posing, Problem> {
         );
         found.push(Fault::at_pointer("/sketch", detail));
     }
-    let vertices = app.store.shape(Kind::Mesh, &mesh).await?.as_ref().and_then(matches::vertices);
+    let vertices = app.store.shape(Kind::Mesh, &mesh).await?.map(|shape| shape.vertices);
     let frames = request.frames.as_ref().map_or(1, Vec::len);
     if let Some(vertices) = vertices {
         if frames.saturating_mul(vertices) > MAX_PLACES {
