@@ -144,7 +144,7 @@ mod tests {
     /// How the body lies.
     const ANGLES: [f64; 2] = [0.7, 2.1];
 
-    /// An ellipsoid drawn as a sheet with y down, which is twice as large, and the match of them: every vertex of the drawing
+    /// An ellipsoid drawn as a sheet with y down, 3.2 times as large, and the match of them: every vertex of the drawing
     /// answers with the nearest of those in front.
     struct Drawn {
         sketch: Sketch,
@@ -163,7 +163,7 @@ mod tests {
                 let [x, y, _] = flat.positions()[v];
                 let gap = |s: &usize| {
                     let [u, w, _] = upright.positions()[*s];
-                    (u + 0.7 - x).powi(2) + (w + 0.35 - y).powi(2)
+                    (1.6 * u + 0.707 - x).powi(2) + (1.6 * w + 0.354 - y).powi(2)
                 };
                 let front = (0..upright.positions().len()).filter(|&s| upright.positions()[s][2] > 0.0);
                 let nearest = front.min_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap();
@@ -247,11 +247,11 @@ mod tests {
             assert!((after[v][0] - expected[0]).hypot(after[v][1] - expected[1]) < 1e-8);
             assert!((dot(toward_camera, now[v]) - dot(toward_camera, drawn.mesh.positions()[v])).abs() < 1e-8);
         }
-        // The drawing is about twice as large as the mesh: the middle of it goes half as far.
+        // The middle of the drawing, which is 3.2 times as large, goes 1.53 far.
         let middle =
             [before, after].map(|all| [0, 1].map(|axis| all.iter().map(|p| p[axis]).sum::<f64>() / all.len() as f64));
         let went = (middle[1][0] - middle[0][0]).hypot(middle[1][1] - middle[0][1]);
-        assert!((0.3..1.0).contains(&went), "{went}");
+        assert!((0.43..0.53).contains(&went), "{went}");
         let strain = &result.frames[0].strain;
         assert!(strain.max_edge_change < 1e-8 && strain.volume_change.unwrap().abs() < 1e-8);
     }
@@ -273,8 +273,8 @@ mod tests {
             if let Some(behind) = behind {
                 assert!((moved[v] - moved[behind]).abs() < 0.02, "{x} {y} {z}: {} {}", moved[v], moved[behind]);
             }
-            assert!(x > -0.3 || moved[v] < 0.02, "{x} {y} {z}: {}", moved[v]);
-            assert!(x < 0.6 || moved[v] > 0.05, "{x} {y} {z}: {}", moved[v]);
+            assert!(x > -0.15 || moved[v] < 0.02, "{x} {y} {z}: {}", moved[v]);
+            assert!(x < 0.35 || moved[v] > 0.05, "{x} {y} {z}: {}", moved[v]);
         }
     }
 
@@ -315,8 +315,8 @@ mod tests {
         drawn.sketch = Sketch::new(mesh, YAxis::Down).unwrap();
         let result = run_with(&drawn, asked);
         let strain = result.frames[0].strain;
-        assert!(still.volume_change.unwrap().abs() < 0.1 && strain.volume_change.unwrap().abs() < 0.1, "{strain:?}");
-        assert!(strain.mean_edge_change < 0.1 && strain.flipped_triangles == 0, "{strain:?}");
+        assert!(still.volume_change.unwrap().abs() < 0.15 && strain.volume_change.unwrap().abs() < 0.15, "{strain:?}");
+        assert!(strain.mean_edge_change < 0.15 && strain.flipped_triangles == 0, "{strain:?}");
         let upright = ball(20, 40, |[x, y, z]| [2.0 * x, y, z]);
         let up = result.view.up;
         let height = |wanted: &dyn Fn(f64) -> bool| {
@@ -324,7 +324,7 @@ mod tests {
             let heights: Vec<f64> = chosen.map(|v| dot(up, places(&result.frames[0])[v])).collect();
             heights.iter().sum::<f64>() / heights.len() as f64
         };
-        let lifted = height(&|x| x.abs() > 0.5) - height(&|x| x.abs() < 0.2);
+        let lifted = height(&|x| x.abs() > 0.35) - height(&|x| x.abs() < 0.1);
         assert!((0.05..0.3).contains(&lifted), "{lifted}");
     }
 }
