@@ -23,16 +23,17 @@ mod page;
 mod paths;
 mod pictures;
 mod portraits;
+mod poses;
 mod preference;
 mod problem;
 mod query;
 mod regularisers;
 mod representation;
+mod resource;
 mod results;
 mod shapes;
 mod sketches;
 mod spectra;
-mod stored_result;
 mod timestamp;
 mod unread;
 
