@@ -20,11 +20,13 @@ pub struct Imported {
 /// The mesh of a file, its vertices those of the file in their order, and what was mended for it, each kind with its
 /// places.
 ///
+/// What has more triangles than are matched is made coarser, where it can be.
+///
 /// Refused: what exceeds the limits, what cannot be read, faces of vertices that are nowhere, and what leaves no surface to
 /// match; every reason with its vertex, face and line.
 pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported, Refusal> {
     limits.admit_bytes(bytes.len())?;
-    let mut polygons = formats::read(bytes, format, limits)?;
+    let mut polygons = formats::read(bytes, format, &limits.of_reading(bytes.len()))?;
     let mut faults = mem::take(&mut polygons.faults);
     for (count, unit) in [(polygons.positions.len(), "vertices"), (polygons.faces().len(), "faces")] {
         if count == 0 {
@@ -35,9 +37,15 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
     faults.into_result()?;
     let mut told = warnings::of_file(&polygons, &cut);
     let (mesh, mends) = FileMesh::of(polygons.positions.clone(), cut.triangles.clone());
-    let mesh = mesh.ok_or_else(|| nothing_left(&polygons, &cut, &mends))?;
+    let mut mesh = mesh.ok_or_else(|| nothing_left(&polygons, &cut, &mends))?;
     told.extend(warnings::of_mends(&polygons, &cut, &mends, &mesh));
     told.extend(warnings::of_unreferenced(&polygons, &cut.triangles));
+    let found = mesh.sound().triangles().len();
+    if found > limits.triangles {
+        let too_large = Refusal::TooLarge { unit: "triangles", found: found as u64, limit: limits.triangles as u64 };
+        mesh = mesh.decimated(limits.triangles).ok_or(too_large)?;
+        told.push(warnings::of_decimation(found, &mesh));
+    }
     told.extend(warnings::of_components(&mesh));
     Ok(Imported { mesh, warnings: told })
 }
