@@ -9,11 +9,11 @@ use super::matching::{PictureFile, picture_file, reasons, sketch_type};
 use super::output::Output;
 use super::{printed, read};
 use sketchmatch::export::picture::Form;
-use sketchmatch::intake::sketch::{Drawing, kind, taken};
+use sketchmatch::intake::sketch::{canvas, kind, taken};
 use sketchmatch::intake::{Untaken, svg_reader};
 use sketchmatch::picture::WIDTH;
 use sketchmatch::picture::reading::{self, Read};
-use sketchmatch::sketch::{self, Imported, canvas_of_picture, canvas_of_svg};
+use sketchmatch::sketch::{self, Imported};
 
 #[derive(Debug, Args)]
 pub struct ReadOptions {
@@ -42,11 +42,7 @@ pub fn run(options: &ReadOptions) -> anyhow::Result<()> {
     let refused = |untaken: Untaken| reasons(&options.sketch, &untaken);
     let kind = kind(&bytes, sketch_type(&options.sketch)).map_err(refused)?;
     let seen = taken(&bytes, kind, (None, options.figure), &limits, Some(&reader)).map_err(refused)?;
-    let canvas = match kind {
-        Drawing::Outline => None,
-        Drawing::Svg => canvas_of_svg(&bytes, &limits).ok(),
-        Drawing::Png | Drawing::Jpeg => canvas_of_picture(&bytes, &limits).ok(),
-    };
+    let canvas = canvas(&bytes, kind, &limits);
     let shown = Read { canvas: canvas.as_ref(), sketch: &seen.sketch, warnings: &seen.warnings };
     output.write(&match form {
         Form::Svg => reading::svg(&shown, WIDTH)?.into_bytes(),

@@ -15,6 +15,10 @@ pub struct Geometry<'a> {
     pub vertices: Coordinates<'a>,
     #[schema(value_type = Vec<Vec<u32>>)]
     pub triangles: &'a [[u32; 3]],
+    /// The lines drawn within a sketch, longest first, each as its points: an eye, an ear, a leg before a leg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<Vec<Vec<f64>>>>)]
+    pub strokes: Option<Vec<Vec<[f64; 2]>>>,
 }
 
 /// Coordinates of vertices.

@@ -7,9 +7,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::body::Body;
-use axum::http::Request;
-use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -21,7 +18,8 @@ use tokio::time::{sleep, timeout};
 use tokio_io_timeout::TimeoutStream;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
-use tower::ServiceExt;
+
+use super::unread;
 
 /// How long open connections may go on after the order to stop, as long as running jobs: all ends within the 10 s that
 /// `docker stop` waits.
@@ -109,8 +107,7 @@ async fn free(
 async fn connection(stream: TcpStream, service: Router, idle: Duration, told_to_leave: impl Future<Output = ()>) {
     let mut stream = TimeoutStream::new(stream);
     stream.set_write_timeout(Some(idle));
-    let answer =
-        service_fn(move |request: Request<Incoming>| Box::pin(service.clone().oneshot(request.map(Body::new))));
+    let answer = service_fn(move |request| Box::pin(unread::answer(service.clone(), request)));
     let mut connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(idle)

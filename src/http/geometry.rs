@@ -41,7 +41,7 @@ pub async fn of_mesh(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> 
         GLB => Ok(picture::mesh_glb(&mesh)?.into()),
         _ => {
             let vertices = Coordinates::Space(mesh.positions());
-            written(&Geometry { vertices, triangles: mesh.triangles() }, media_type)
+            written(&Geometry { vertices, triangles: mesh.triangles(), strokes: None }, media_type)
         }
     };
     wanted.answer(&app, write).await
@@ -49,8 +49,8 @@ pub async fn of_mesh(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> 
 
 /// Answers the triangles of a sketch, in the coordinates it was uploaded in.
 ///
-/// JSON holds `vertices` and `triangles`. By `Accept`, `application/vnd.safetensors` answers both as arrays, and
-/// `application/x-npy` the vertices.
+/// JSON holds `vertices`, `triangles` and `strokes`, the lines drawn within the figure. By `Accept`,
+/// `application/vnd.safetensors` answers vertices and triangles as arrays, and `application/x-npy` the vertices.
 #[utoipa::path(
     get, path = "/v1/sketches/{id}/mesh", operation_id = "read_sketch_geometry", tag = "sketches",
     params(("id" = String, Path)),
@@ -65,7 +65,8 @@ pub async fn of_sketch(State(app): State<App>, Id(id): Id, headers: HeaderMap) -
     let write = move |media_type| {
         let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
         let vertices = Coordinates::Plane(&vertices);
-        written(&Geometry { vertices, triangles: sketch.mesh().triangles() }, media_type)
+        let (triangles, strokes) = (sketch.mesh().triangles(), Some(sketch.drawn_strokes()));
+        written(&Geometry { vertices, triangles, strokes }, media_type)
     };
     wanted.answer(&app, write).await
 }

@@ -22,6 +22,7 @@ use super::query::{Id, Query};
 use super::{App, PREFERENCE_APPLIED, memory, paths, shapes};
 use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
+use crate::intake::mesh::MeshMeasures;
 use crate::jobs::Task;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
@@ -116,11 +117,11 @@ async fn payload(
     let mut faults = Vec::new();
     let sketch = match &inline {
         Some(inline) => Some(inline.sketch.mesh().positions().len()),
-        None => named(app, Kind::Sketch, &request.sketch, &mut faults).await?.as_ref().and_then(vertices),
+        None => named(app, Kind::Sketch, &request.sketch, &mut faults).await?.map(|sketch| sketch.vertices),
     };
     let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let up = mesh.as_ref().and_then(known_up);
-    let mesh = mesh.as_ref().and_then(vertices);
+    let mesh = mesh.map(|mesh| mesh.vertices);
     let budget = app.config.max_job_memory;
     let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
     if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
@@ -209,15 +210,10 @@ async fn named(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> Resu
     Ok(shape)
 }
 
-/// The number of vertices of a shape.
-fn vertices(shape: &Shape) -> Option<usize> {
-    usize::try_from(shape.body.get("vertices")?.as_u64()?).ok()
-}
-
 /// What the answer to the upload of a mesh said is up on it, where that is sure enough.
 fn known_up(mesh: &Shape) -> Option<[f64; 3]> {
-    let up: Up = serde_json::from_value(mesh.body.get("up")?.clone()).ok()?;
-    up.is_sure().then_some(up.direction)
+    let told: MeshMeasures = serde_json::from_value(mesh.body.clone()).ok()?;
+    told.up.filter(Up::is_sure).map(|up| up.direction)
 }
 
 /// 202 with the time to look again.

@@ -34,6 +34,7 @@ mod sketches;
 mod spectra;
 mod stored_result;
 mod timestamp;
+mod unread;
 
 use std::path::PathBuf;
 use std::sync::Arc;

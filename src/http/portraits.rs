@@ -13,9 +13,9 @@ use super::pictures::{PictureFormat, SVG, wanted, width};
 use super::problem::Problem;
 use super::query::{Id, Query};
 use super::{App, shapes};
-use crate::intake::sketch::SketchMeasures;
+use crate::intake::sketch::{SketchMeasures, canvas, kind};
 use crate::picture::{self, reading};
-use crate::sketch::{Canvas, Config, canvas_of_picture, canvas_of_svg};
+use crate::sketch::Config;
 use crate::store::{Kind, SourceFile};
 
 /// The width of the picture of a shape where nobody asks for another, in pixels.
@@ -77,7 +77,9 @@ pub async fn of_sketch(
     let sketch = shapes::sketch(&app, &id).await?;
     let file = app.store.file(Kind::Sketch, &id).await?;
     let draw = move |media_type, width| {
-        let canvas = file.and_then(|file| canvas(&file));
+        let canvas = file.and_then(|SourceFile { bytes, media_type }| {
+            canvas(&bytes, kind(&bytes, Some(&media_type)).ok()?, &Config::default())
+        });
         let read = reading::Read { canvas: canvas.as_ref(), sketch: &sketch, warnings: &known.measures.warnings };
         match media_type {
             SVG => reading::svg(&read, width).map(Bytes::from),
@@ -99,14 +101,4 @@ async fn drawn<E: Display + Send + 'static>(
     let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
     let wanted = wanted.made_of(app, id.into(), format!("portrait {width}")).await?;
     wanted.answer(app, move |media_type| draw(media_type, width)).await
-}
-
-/// What is seen of the file of a sketch; nothing where it is no picture.
-fn canvas(file: &SourceFile) -> Option<Canvas> {
-    let config = Config::default();
-    match file.media_type.as_str() {
-        "image/svg+xml" => canvas_of_svg(&file.bytes, &config).ok(),
-        "image/png" | "image/jpeg" => canvas_of_picture(&file.bytes, &config).ok(),
-        _ => None,
-    }
 }

@@ -9,8 +9,8 @@ use super::json::{self, is_json, without_mark};
 use super::{Cause, Fault, Untaken, svg_reader, warnings};
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
-    Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Warning, from_outline, from_picture,
-    from_svg, picture_memory,
+    Canvas, Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Warning, canvas_of_picture,
+    canvas_of_svg, from_outline, from_picture, from_svg, picture_memory,
 };
 
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
@@ -131,6 +131,15 @@ pub fn taken(
         Drawing::Png | Drawing::Jpeg => from_picture(bytes, wanted, config),
     };
     imported.map_err(untaken)
+}
+
+/// What a viewer sees of a drawing of this kind; nothing where it is no picture or cannot be read.
+pub fn canvas(bytes: &[u8], kind: Drawing, config: &Config) -> Option<Canvas> {
+    match kind {
+        Drawing::Outline => None,
+        Drawing::Svg => canvas_of_svg(bytes, config).ok(),
+        Drawing::Png | Drawing::Jpeg => canvas_of_picture(bytes, config).ok(),
+    }
 }
 
 /// Why a drawing is not taken.

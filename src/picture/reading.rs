@@ -15,10 +15,11 @@ const FADED: f64 = 0.4;
 /// Room round what is shown, in parts of its width.
 const MARGIN: f64 = 0.04;
 
-/// Widths of the lines, in parts of the picture's width: of triangles, of the outline and of marks; and the radius of marks
+/// Widths of the lines, in parts of the picture's width: of triangles, of the outline, of lines within and of marks; and the radius of marks
 /// of points.
 const TRIANGLE: f64 = 0.0006;
 const OUTLINE: f64 = 0.004;
+const STROKE: f64 = 0.003;
 const MARK: f64 = 0.003;
 const POINT: f64 = 0.012;
 
@@ -96,6 +97,19 @@ impl Read<'_> {
         for [from, to] in edges.iter().filter(|edge| edge.half_edges().len() == 1).map(|edge| edge.ends()) {
             let [a, b] = [from, to].map(|v| place(self.sketch.point(v as usize)));
             let _ = write!(text, "M{:.1} {:.1} {:.1} {:.1}", a[0], a[1], b[0], b[1]);
+        }
+        let _ = write!(
+            text,
+            "\"/>\n<path fill=\"none\" stroke=\"#a020a0\" stroke-linecap=\"round\" stroke-width=\"{:.2}\" d=\"",
+            STROKE * width
+        );
+        for line in self.sketch.drawn_strokes() {
+            // A line of one point is shown as a dot.
+            let ends = line.first().into_iter().chain(&line).chain(line.last());
+            for (k, point) in ends.enumerate() {
+                let [x, y] = place(*point);
+                let _ = write!(text, "{}{x:.1} {y:.1}", if k == 0 { "M" } else { " " });
+            }
         }
         text.push_str("\"/>\n");
         for warning in self.warnings {

@@ -8,6 +8,7 @@ pub mod enclosed;
 pub mod neighbourhood;
 pub mod pieces;
 pub mod silhouette;
+pub mod skeleton;
 pub mod visible;
 
 /// A box of pixels: columns and rows, the last of each not included.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::PixelBox;
 use super::bitmap::Bitmap;
 
 /// The pieces that the set pixels of a picture make.
@@ -36,6 +37,16 @@ impl Pieces {
             sizes[runs[k].piece] += runs[k].to - runs[k].from;
         }
         Pieces { runs, sizes }
+    }
+
+    /// The boxes the pieces lie in, in the order of the pieces.
+    pub fn boxes(&self) -> Vec<PixelBox> {
+        let mut boxes: Vec<Option<PixelBox>> = vec![None; self.sizes.len()];
+        for run in &self.runs {
+            let own = PixelBox { low: [run.from, run.y], high: [run.to, run.y + 1] };
+            boxes[run.piece] = Some(boxes[run.piece].map_or(own, |all| all.with(own)));
+        }
+        boxes.into_iter().flatten().collect()
     }
 }
 

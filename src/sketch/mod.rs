@@ -81,6 +81,8 @@ impl YAxis {
 pub struct Sketch {
     mesh: TriangleMesh,
     y_axis: YAxis,
+    /// Lines within the figure, y up.
+    strokes: Vec<Vec<[f64; 2]>>,
 }
 
 /// A sketch made of an upload, and what was mended or left out on the way.
@@ -129,7 +131,12 @@ impl Sketch {
         if largest_component(&mesh).vertices.len() < mesh.positions().len() {
             return Err(Refusal::plain("the sketch is not one connected figure"));
         }
-        Ok(Self { mesh, y_axis })
+        Ok(Self { mesh, y_axis, strokes: Vec::new() })
+    }
+
+    /// The sketch with lines within the figure, y up.
+    pub fn with_strokes(self, strokes: Vec<Vec<[f64; 2]>>) -> Self {
+        Self { strokes, ..self }
     }
 
     /// The mesh: z = 0, y up.
@@ -139,6 +146,16 @@ impl Sketch {
 
     pub fn y_axis(&self) -> YAxis {
         self.y_axis
+    }
+
+    /// The lines drawn within the figure, y up: an eye, an ear, a leg before a leg; those of spots have one point.
+    pub fn strokes(&self) -> &[Vec<[f64; 2]>] {
+        &self.strokes
+    }
+
+    /// Those lines in the coordinates of the upload.
+    pub fn drawn_strokes(&self) -> Vec<Vec<[f64; 2]>> {
+        self.strokes.iter().map(|line| line.iter().map(|&point| self.y_axis.flipped(point)).collect()).collect()
     }
 
     /// A vertex in the coordinates of the upload.
@@ -155,7 +172,7 @@ impl Sketch {
         self.y_axis.flipped(point)
     }
 
-    /// The same for sketches of the same vertices, triangles and direction of y.
+    /// The same for sketches of the same vertices, triangles, direction of y and lines within.
     pub fn content_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"sketch 1").update(&[self.y_axis as u8]);
@@ -166,6 +183,12 @@ impl Sketch {
         self.mesh.triangles().iter().flatten().for_each(|v| {
             hasher.update(&v.to_le_bytes());
         });
+        for line in &self.strokes {
+            hasher.update(&(line.len() as u64).to_le_bytes());
+            line.iter().flatten().for_each(|x| {
+                hasher.update(&x.to_le_bytes());
+            });
+        }
         hasher.finalize()
     }
 }
@@ -216,12 +239,14 @@ fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Con
             format!("figure {} was asked for; the drawing shows {}, counted from 0", wanted.figure, figures.len());
         return Err(Refusal::plain(detail));
     }
-    let drawing = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
+    let (drawing, strokes) = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
     let figure = drawn_figure(&drawing, config)?;
     warnings.extend(reading.warnings(&canvas, wanted.figure));
     let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
     warnings.extend(given_up);
-    Ok(Imported { sketch, warnings, figures })
+    let up = |line: Vec<[f64; 2]>| line.into_iter().map(|point| YAxis::Down.flipped(point)).collect();
+    let strokes = strokes.into_iter().map(up).collect();
+    Ok(Imported { sketch: sketch.with_strokes(strokes), warnings, figures })
 }
 
 /// What a viewer sees of an SVG document.

@@ -57,7 +57,7 @@ async fn directory_by_geometry() -> (TempDir, String, String) {
     let database = data.join("sketchmatch.db");
     fs::write(&database, "").unwrap();
     let pool = database::testing::of_version(&database, BY_GEOMETRY).await;
-    insert_shape(&pool, &mesh.name, "mesh", Some("old"), r#"{"vertices": 3}"#).await;
+    insert_shape(&pool, &mesh.name, "mesh", Some("old"), r#"{"vertices": 3, "triangles": 1}"#).await;
     insert_shape(&pool, &sketch.name, "sketch", None, r#"{"vertices": 3}"#).await;
     let payload = json!({"mesh": mesh.name, "sketch": sketch.name}).to_string();
     insert_job(&pool, "done", &payload, "succeeded", Some("results/done/1")).await;
@@ -101,7 +101,11 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     let (directory, mesh, sketch) = directory_by_geometry().await;
     let store = open(&directory).await;
     let shape = store.shape(Kind::Mesh, &mesh).await.unwrap().unwrap();
-    assert_eq!((shape.name.as_deref(), &shape.body), (Some("old"), &json!({"vertices": 3})));
+    assert_eq!((shape.name.as_deref(), &shape.body), (Some("old"), &json!({"vertices": 3, "triangles": 1})));
+    assert_eq!((shape.vertices, shape.triangles), (3, 1));
+    // What was told of the sketch says nothing of its triangles.
+    let told = store.shape(Kind::Sketch, &sketch).await.unwrap().unwrap();
+    assert_eq!((told.vertices, told.triangles), (3, 0));
     assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));
     assert_eq!(store.sketch(&sketch).await.unwrap(), Some(drawing()));
     assert_eq!(store.file(Kind::Mesh, &mesh).await.unwrap(), None);

@@ -14,6 +14,8 @@ pub(super) struct Encoded {
     /// The kind, an underscore and 32 hexadecimal digits of the content's hash.
     pub name: String,
     pub bytes: Vec<u8>,
+    pub vertices: usize,
+    pub triangles: usize,
 }
 
 /// The blob of the geometry of this name.
@@ -35,6 +37,10 @@ fn y_axis_name(y_axis: YAxis) -> &'static str {
     }
 }
 
+/// The arrays of the lines within a sketch: all points, and how many each line has.
+const STROKES: &str = "stroke_points";
+const LENGTHS: &str = "stroke_lengths";
+
 /// The arrays of a mesh that was mended, as [`Sound`] has them.
 const SOUND: &str = "sound_triangles";
 const ORIGINS: &str = "sound_origins";
@@ -43,7 +49,8 @@ const MERGED: &str = "merged";
 const DECIMATED: &str = "decimated";
 
 pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
-    let mut arrays = of_triangles(mesh.positions(), mesh.triangles());
+    let (positions, triangles) = (mesh.positions(), mesh.triangles());
+    let mut arrays = of_triangles(positions, triangles);
     let mends = mesh.mends();
     if let Some(Sound { triangles, origins, merged, decimated }) = &mends {
         arrays.push(Array::of_u32(SOUND, vec![triangles.len(), 3], triangles.iter().flatten().copied()));
@@ -51,13 +58,23 @@ pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
         arrays.push(Array::of_u32(MERGED, vec![merged.len(), 1], merged.iter().copied()));
         arrays.push(Array::of_u32(DECIMATED, vec![1, 1], std::iter::once(u32::from(*decimated))));
     }
-    encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)
+    let (vertices, triangles) = (positions.len(), triangles.len());
+    let (name, bytes) = encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)?;
+    Ok(Encoded { name, bytes, vertices, triangles })
 }
 
 pub(super) fn of_sketch(sketch: &Sketch) -> Result<Encoded, StoreError> {
-    let arrays = of_triangles(sketch.mesh().positions(), sketch.mesh().triangles());
+    let (positions, triangles) = (sketch.mesh().positions(), sketch.mesh().triangles());
+    let mut arrays = of_triangles(positions, triangles);
+    let strokes = sketch.strokes();
+    if !strokes.is_empty() {
+        let points = strokes.concat();
+        arrays.push(Array::of_f64(STROKES, vec![points.len(), 2], points.into_iter().flatten()));
+        arrays.push(Array::of_u32(LENGTHS, vec![strokes.len(), 1], strokes.iter().map(|line| line.len() as u32)));
+    }
     let note = (Y_AXIS, y_axis_name(sketch.y_axis()));
-    encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))
+    let (name, bytes) = encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))?;
+    Ok(Encoded { name, bytes, vertices: positions.len(), triangles: triangles.len() })
 }
 
 fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {
@@ -67,9 +84,10 @@ fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {
     ]
 }
 
-fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<Encoded, StoreError> {
+/// The name and the bytes of a blob with these arrays.
+fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<(String, Vec<u8>), StoreError> {
     let bytes = tensors::encode(arrays, note).map_err(|error| StoreError::damaged(&name, error))?;
-    Ok(Encoded { name, bytes })
+    Ok((name, bytes))
 }
 
 /// The mesh in the blob of this name. It was checked before it was stored, and its name tells that it is the same: to
@@ -112,7 +130,24 @@ pub(super) fn sketch(geometry: &str, bytes: &[u8]) -> Result<Sketch, String> {
     let (positions, triangles) = arrays(bytes).map_err(|error| error.to_string())?;
     let mesh = TriangleMesh::new(positions, triangles).map_err(|refusal| refusal.to_string())?;
     let sketch = Sketch::new(mesh, y_axis).map_err(|refusal| refusal.to_string())?;
+    let sketch = sketch.with_strokes(strokes(bytes).map_err(|error| error.to_string())?);
     if name(Kind::Sketch, sketch.content_hash()) == geometry { Ok(sketch) } else { Err(UNRECOGNISED.to_owned()) }
+}
+
+/// The lines within a sketch; none where a blob has none.
+fn strokes(bytes: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, SafeTensorError> {
+    let file = SafeTensors::deserialize(bytes)?;
+    if file.tensor(STROKES).is_err() {
+        return Ok(Vec::new());
+    }
+    let points = tensors::matrix(&file, STROKES, Dtype::F64)?;
+    let lengths = tensors::matrix(&file, LENGTHS, Dtype::U32)?;
+    if points.columns != 2 || lengths.columns != 1 {
+        return Err(SafeTensorError::TensorInvalidInfo);
+    }
+    let mut points = (0..points.rows).map(|i| [0, 1].map(|j| f64::from_le_bytes(points.at(i, j))));
+    let length = |i| u32::from_le_bytes(lengths.at(i, 0)) as usize;
+    Ok((0..lengths.rows).map(|i| points.by_ref().take(length(i)).collect()).collect())
 }
 
 const UNRECOGNISED: &str = "its content is not that of its name";

@@ -63,6 +63,8 @@ struct NewRow<'a> {
     geometry: &'a str,
     file: &'a str,
     media_type: &'a str,
+    vertices: usize,
+    triangles: usize,
 }
 
 /// A shape that has its id and is not kept yet.
@@ -134,6 +136,8 @@ pub struct Shape {
     pub name: Option<String>,
     /// What its GET answers.
     pub body: Value,
+    pub vertices: usize,
+    pub triangles: usize,
     /// Milliseconds since 1970 by the database's clock.
     pub created_ms: i64,
     /// Which geometry was read of it.
@@ -163,11 +167,14 @@ impl<'r> FromRow<'r, AnyRow> for Shape {
     fn from_row(row: &'r AnyRow) -> Result<Shape, sqlx::Error> {
         let kind: &str = row.try_get("kind")?;
         let (file, media_type): (Option<String>, Option<String>) = (row.try_get("file")?, row.try_get("media_type")?);
+        let size = |column| usize::try_from(row.try_get::<i64, _>(column)?).map_err(sqlx::Error::decode);
         Ok(Shape {
             id: row.try_get("id")?,
             kind: if kind == Kind::Sketch.as_str() { Kind::Sketch } else { Kind::Mesh },
             name: row.try_get("name")?,
             body: serde_json::from_str(row.try_get("body")?).map_err(sqlx::Error::decode)?,
+            vertices: size("vertices")?,
+            triangles: size("triangles")?,
             created_ms: row.try_get("created_ms")?,
             geometry: row.try_get("geometry")?,
             file: file.zip(media_type),
@@ -227,9 +234,11 @@ impl Store {
     /// Writes the blobs of a shape and then the row that names them.
     async fn keep(&self, shape: Unkept, name: Option<&str>) -> Result<(Shape, bool), StoreError> {
         let Unkept { id, kind, geometry, file, source, body } = shape;
-        self.blobs.put(&geometry::blob(&geometry.name), geometry.bytes).await?;
+        let Encoded { name: geometry, bytes, vertices, triangles } = geometry;
+        self.blobs.put(&geometry::blob(&geometry), bytes).await?;
         self.blobs.put(&file, source.bytes).await?;
-        let row = NewRow { id: &id, kind, geometry: &geometry.name, file: &file, media_type: &source.media_type };
+        let media_type = &source.media_type;
+        let row = NewRow { id: &id, kind, geometry: &geometry, file: &file, media_type, vertices, triangles };
         self.insert_row(row, name, &body).await
     }
 
@@ -250,12 +259,14 @@ impl Store {
     }
 
     async fn insert_row(&self, row: NewRow<'_>, name: Option<&str>, body: &Value) -> Result<(Shape, bool), StoreError> {
-        let NewRow { id, kind, geometry, file, media_type } = row;
-        let sql = "INSERT INTO shapes (id, kind, name, body, geometry, file, media_type, created_ms) \
-                   VALUES ($1, $2, $3, $4, $5, $6, $7, (SELECT now_ms FROM clock)) ON CONFLICT (id) DO NOTHING";
+        let NewRow { id, kind, geometry, file, media_type, vertices, triangles } = row;
+        let sql = "INSERT INTO shapes \
+                   (id, kind, name, body, geometry, file, media_type, vertices, triangles, created_ms) \
+                   VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, (SELECT now_ms FROM clock)) ON CONFLICT (id) DO NOTHING";
         let body = body.to_string();
         let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(&body);
         let query = query.bind(geometry).bind(file).bind(media_type);
+        let query = query.bind(vertices as i64).bind(triangles as i64);
         let new = query.execute(&self.pool).await?.rows_affected() == 1;
         if !new {
             let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3 WHERE id = $1";

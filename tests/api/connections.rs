@@ -135,6 +135,17 @@ async fn who_sends_too_much_learns_of_it() {
         let answer = said(&mut connection).await;
         let (status, problem) = read(&answer);
         assert_eq!((status, &problem["status"]), ("413", &json!(413)), "{framing}: {answer}");
+        assert!(answer.contains("\r\nconnection: close\r\n"), "{framing}: {answer}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_refusal_before_the_end_of_a_body_costs_no_later_request() {
+    let server = Server::idle(Config { max_upload_bytes: 10_000, ..Config::default() }).await;
+    for _ in 0..50 {
+        let upload = server.post("/v1/meshes?format=obj").body(vec![b'#'; 300_000]);
+        problem_of(upload.send().await.unwrap(), 413).await;
+        assert_eq!(server.read("/healthz").await, json!({"status": "ok"}));
     }
 }
 

@@ -217,6 +217,10 @@ fn terms(
         mismatch: explanation::mismatch(&scene.shape.contour.curve, &turn, &outline.curve),
         disorder: explanation::disorder(scene, map),
         uncovered: explanation::uncovered(scene, toward, map),
+        turned_about: scene.upright.map_or(0.0, |upright| {
+            let ups = [upright.sketch, frame.project(upright.mesh)];
+            explanation::turned_about([&scene.shape.contour.curve, &outline.curve], ups)
+        }),
     }
 }
 

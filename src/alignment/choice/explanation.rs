@@ -95,6 +95,40 @@ fn shared(a: &[f64], b: &[f64], right: f64) -> f64 {
     a.iter().flat_map(|[from, to]| b.iter().map(move |[u, v]| (to.min(v + right) - from.max(u + right)).max(0.0))).sum()
 }
 
+/// What a figure stands on: the lowest part of its height; and the share of its area that reaches over it by much.
+const FEET: f64 = 0.08;
+const MUCH: f64 = 0.02;
+/// The least length of an up in the picture where a figure is seen standing, not from above or below.
+const STANDING: f64 = 0.5;
+
+/// How much two figures reach over their feet on different sides, from 0 to 1: an animal's head does, and less of its tail.
+/// `ups` are their ups in the picture, of length 1 where they lie in it.
+pub fn turned_about(curves: [&[[f64; 2]]; 2], ups: [[f64; 2]; 2]) -> f64 {
+    let [own, other] = [0, 1].map(|k| overhang(curves[k], ups[k]));
+    (-own * other).max(0.0)
+}
+
+/// On which side a figure reaches farther over its feet, and how clearly: from −1, all on the left, to 1, all on the right
+/// as it is seen standing.
+fn overhang(curve: &[[f64; 2]], up: [f64; 2]) -> f64 {
+    let length_of_up = up[0].hypot(up[1]);
+    if length_of_up < STANDING {
+        return 0.0;
+    }
+    let [x, y] = up.map(|u| u / length_of_up);
+    let standing: Vec<[f64; 2]> = curve.iter().map(|&[u, v]| [y * u - x * v, x * u + y * v]).collect();
+    let figure = normalised(&standing);
+    let low = figure.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+    let high = figure.iter().map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+    let height = (high - low) / ROWS as f64;
+    let rows: Vec<Vec<f64>> = (0..ROWS).map(|k| crossings(&figure, low + (k as f64 + 0.5) * height)).collect();
+    let feet = rows.iter().take((FEET * ROWS as f64).ceil() as usize).flatten();
+    let (left, right) = feet.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, r), &x| (l.min(x), r.max(x)));
+    let area = |from: f64, to: f64| height * rows.iter().map(|row| shared(row, &[from, to], 0.0)).sum::<f64>();
+    let (behind, before) = (area(f64::NEG_INFINITY, left), area(right, f64::INFINITY));
+    (before - behind) / (before + behind + MUCH)
+}
+
 /// (1 − cos)/2 of the angle between the ups in the picture, where the sketch lies turned.
 pub fn tilt(upright: &Upright, frame: &Frame, turn: &Turn) -> f64 {
     let ([x, y], seen) = (turn.of(upright.sketch), frame.project(upright.mesh));
@@ -170,6 +204,20 @@ mod tests {
         // 4 × 1 and 1 × 4 share 1 of 7.
         let crossed = mismatch(&BAR, &turned_by(90.0), &BAR);
         assert!((crossed - 6.0 / 7.0).abs() < 0.02, "{crossed}");
+    }
+
+    #[test]
+    fn a_head_over_the_feet_tells_where_the_front_is() {
+        // A body on a block of feet, its head to the right.
+        let animal = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [6.0, 2.0], [6.0, 3.0], [0.0, 3.0]];
+        let about = animal.map(|[x, y]| [-x, y]);
+        let lying = animal.map(|[x, y]| [-y, x]);
+        let (up, left) = ([0.0, 1.0], [-1.0, 0.0]);
+        assert_eq!(turned_about([&animal, &animal], [up, up]), 0.0);
+        assert_eq!(turned_about([&animal, &lying], [up, left]), 0.0);
+        assert!(turned_about([&animal, &about], [up, up]) > 0.7);
+        // Seen from above nothing stands.
+        assert_eq!(turned_about([&animal, &about], [up, [0.0, 0.2]]), 0.0);
     }
 
     #[test]

@@ -21,14 +21,26 @@ pub struct Terms {
     pub disorder: f64,
     /// The share of the mesh's side in front that no answer is near.
     pub uncovered: f64,
+    /// How much figure and silhouette reach over their feet on different sides, from 0 to 1.
+    pub turned_about: f64,
 }
 
 impl Terms {
-    const COUNT: usize = 9;
+    const COUNT: usize = 10;
 
     /// The names of the values.
-    pub const NAMES: [&str; Terms::COUNT] =
-        ["contour", "distortion", "swing", "stretch", "sphere", "tilt", "mismatch", "disorder", "uncovered"];
+    pub const NAMES: [&str; Terms::COUNT] = [
+        "contour",
+        "distortion",
+        "swing",
+        "stretch",
+        "sphere",
+        "tilt",
+        "mismatch",
+        "disorder",
+        "uncovered",
+        "turned_about",
+    ];
 
     /// In the order of their names.
     pub fn values(&self) -> [f64; Terms::COUNT] {
@@ -42,6 +54,7 @@ impl Terms {
             self.mismatch,
             self.disorder,
             self.uncovered,
+            self.turned_about,
         ]
     }
 
@@ -52,4 +65,4 @@ impl Terms {
 }
 
 /// What each weighs, in the order of the values; the outlines' cost is the unit.
-pub const WEIGHTS: [f64; 9] = [1.0, 1.4, 0.01, 0.015, 0.03, 0.08, 0.05, 0.06, 0.25];
+pub const WEIGHTS: [f64; 10] = [1.0, 1.4, 0.01, 0.015, 0.03, 0.08, 0.05, 0.06, 0.25, 0.1];

@@ -5,8 +5,9 @@ use serde_json::{Map, Value, json};
 use super::operations;
 use crate::http::problem;
 
-/// Adds to every call what its handler does not say: a body that is asked for is required, one that is no JSON and no text
-/// is bytes, and whatever fails answers a problem. A parameter that may be left out is no null.
+/// Adds to every call what its handler does not say: a body that is asked for is required and not empty, one that is no
+/// JSON and no text is bytes, a stream is of events, and whatever fails answers a problem. A parameter that may be left out
+/// is no null.
 pub(super) fn complete(document: &mut Value) {
     operations(document).for_each(|(_, _, call)| complete_call(call));
 }
@@ -17,18 +18,21 @@ fn complete_call(call: &mut Value) {
     }
     if let Some(request) = call.get_mut("requestBody") {
         request["required"] = json!(true);
-        type_bytes(request);
+        type_bytes(request, &file());
         if let Some(form) = request["content"].get_mut("multipart/form-data") {
             form["schema"] = json!({
                 "type": "object",
-                "properties": {"file": bytes()},
+                "properties": {"file": file()},
                 "required": ["file"],
                 "additionalProperties": false,
             });
         }
     }
     let Some(responses) = call.get_mut("responses").and_then(Value::as_object_mut) else { return };
-    responses.values_mut().for_each(type_bytes);
+    for response in responses.values_mut() {
+        type_bytes(response, &bytes());
+        type_events(response);
+    }
     add_problems(responses);
 }
 
@@ -37,13 +41,33 @@ fn bytes() -> Value {
     json!({"type": "string", "format": "binary"})
 }
 
-/// Gives the contents of a body that say nothing of their shape the schema of bytes.
-fn type_bytes(body: &mut Value) {
+/// The schema of the bytes of a file, of which there is at least one.
+fn file() -> Value {
+    json!({"type": "string", "format": "binary", "minLength": 1})
+}
+
+/// Gives the contents of a body that say nothing of their shape the schema `bytes`.
+fn type_bytes(body: &mut Value, bytes: &Value) {
     for content in body.get_mut("content").and_then(Value::as_object_mut).into_iter().flat_map(Map::values_mut) {
         if content.get("schema").is_none() {
-            content["schema"] = bytes();
+            content["schema"] = bytes.clone();
         }
     }
+}
+
+/// Makes the schema of what the events of a stream carry the schema of an event: an object of its fields.
+fn type_events(response: &mut Value) {
+    let Some(schema) = response.pointer_mut("/content/text~1event-stream/schema") else { return };
+    let carried = schema.take();
+    *schema = json!({
+        "type": "object",
+        "properties": {
+            "event": {"type": "string"},
+            "id": {"type": "string"},
+            "data": {"type": "string", "contentMediaType": "application/json", "contentSchema": carried},
+        },
+        "required": ["event", "id", "data"],
+    });
 }
 
 fn add_problems(responses: &mut Map<String, Value>) {

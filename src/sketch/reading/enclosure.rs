@@ -180,20 +180,24 @@ impl<'a> Lines<'a> {
 
     /// Adds to the area what is enclosed when gaps are closed, narrow ones first, until little of the line is loose.
     fn close_gaps(&self, area: &mut Bitmap, holes: &Bitmap) -> Vec<Gap> {
-        let is_little = |loose: &Bitmap| loose.area() as f64 <= LOOSE * self.ink.area() as f64;
+        // A line beside fills may be little of the ink and yet enclose much: narrow gaps of it are closed all the same.
+        let is_little = |loose: &Bitmap, gap: f64| {
+            let drawn = if gap <= NARROW_GAP { &self.thin } else { self.ink };
+            loose.area() as f64 <= LOOSE * drawn.area() as f64
+        };
         let mut loose = self.loose(area);
         let mut gaps = Vec::new();
         let widest = 0.5 * WIDE_GAPS[1] * self.size;
-        if is_little(&loose) || self.pockets(&area.or(holes), &loose, widest, self.room(0.0)).is_empty() {
+        if is_little(&loose, 0.0) || self.pockets(&area.or(holes), &loose, widest, self.room(0.0)).is_empty() {
             return gaps;
         }
         for gap in GAPS {
+            if is_little(&loose, gap) {
+                break;
+            }
             let radius = 0.5 * gap * self.size;
             gaps.extend(self.close(area, holes, &loose, radius, self.room(radius)));
             loose = self.loose(area);
-            if is_little(&loose) {
-                break;
-            }
         }
         gaps
     }

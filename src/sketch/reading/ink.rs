@@ -59,11 +59,14 @@ pub(super) struct Ink {
     pub all: Bitmap,
     pub dark: Bitmap,
     pub aside: Bitmap,
+    /// Whether lines all over the sheet were taken for its own.
+    pub patterned: bool,
 }
 
 pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let border = sheet.border(1.0);
-    let mut least = LEAST_CONTRAST.max(ground.noise.saturating_mul(NOISES));
+    let faintest = LEAST_CONTRAST.max(ground.noise.saturating_mul(NOISES));
+    let mut least = faintest;
     let mut ink = above(ground, sheet, least);
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
     // Lines that run over the border are squares or rules, which are no scene.
@@ -72,10 +75,11 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
         least += least / 3;
         ink = above(ground, sheet, least);
     }
+    let patterned = least > faintest;
     let seen = ink;
     let ink = without_rules(&seen, sheet);
     let rules = seen.without(&ink);
-    let strong = strong_contrast(ground, &ink);
+    let strong = exceeded(&ground.contrast, &ink, 4);
     let all = without_dust(&without_seams(ground, ink, strong));
     if all.area() == 0 {
         return Drawn::Nothing;
@@ -83,22 +87,29 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let shadow = shadow(&all, &neutral(ground, &all, strong)).unwrap_or_else(|| Bitmap::new(all.width(), all.height()));
     let all = all.without(&shadow);
     let dark = dark(ground, &all);
-    let ink = Ink { all, dark, aside: shadow.or(&rules) };
+    let ink = Ink { all, dark, aside: shadow.or(&rules), patterned };
     if is_scene { Drawn::Scene(ink) } else { Drawn::Ink(ink) }
+}
+
+/// The value that one in `share` pixels of the ink exceeds.
+fn exceeded(values: &[u8], ink: &Bitmap, share: usize) -> f64 {
+    let mut counts = [0usize; 256];
+    for y in 0..ink.height() {
+        ink.runs(y).flatten().for_each(|x| counts[usize::from(values[y * ink.width() + x])] += 1);
+    }
+    let (mut passed, few) = (0, ink.area() / share);
+    let exceeded = (0..256).rev().find(|&value| {
+        passed += counts[value];
+        passed > few
+    });
+    exceeded.unwrap_or(0) as f64
 }
 
 /// The ink that differs from the ground in brightness by more than half of what most of it does.
 fn dark(ground: &Ground, ink: &Bitmap) -> Bitmap {
     let width = ink.width();
     let pixels = || (0..ink.height()).flat_map(|y| ink.runs(y).flatten().map(move |x| (x, y)));
-    let mut counts = [0usize; 256];
-    pixels().for_each(|(x, y)| counts[usize::from(ground.shade[y * width + x])] += 1);
-    let (mut passed, few) = (0, ink.area() / 20);
-    let darkest = (0..256).rev().find(|&shade| {
-        passed += counts[shade];
-        passed > few
-    });
-    let least = DARK * darkest.unwrap_or(0) as f64;
+    let least = DARK * exceeded(&ground.shade, ink, 20);
     let mut dark = Bitmap::new(width, ink.height());
     pixels().filter(|&(x, y)| f64::from(ground.shade[y * width + x]) >= least).for_each(|(x, y)| dark.set(x, y));
     dark
@@ -170,20 +181,6 @@ fn exposed(ink: &Bitmap, y: usize) -> impl Iterator<Item = usize> {
 /// How many pieces of ink lie on the border.
 fn crossings(ink: &Bitmap, border: &Bitmap) -> usize {
     Pieces::of(&dilated(&ink.and(border), 1.0), true).sizes.len()
-}
-
-/// The contrast that a quarter of the ink exceeds.
-fn strong_contrast(ground: &Ground, ink: &Bitmap) -> f64 {
-    let mut counts = [0usize; 256];
-    for y in 0..ink.height() {
-        ink.runs(y).flatten().for_each(|x| counts[usize::from(ground.contrast[y * ink.width() + x])] += 1);
-    }
-    let (mut passed, quarter) = (0, ink.area() / 4);
-    let strong = (0..256).rev().find(|&value| {
-        passed += counts[value];
-        passed > quarter
-    });
-    strong.unwrap_or(0) as f64
 }
 
 /// The ink that is faint beside the rest and has the ground's colour, only darker or lighter.

@@ -14,6 +14,8 @@ mod outline;
 mod rules;
 mod shadow;
 mod sheet;
+mod slits;
+mod strokes;
 
 use canvas::Canvas;
 use enclosure::Body;
@@ -59,13 +61,16 @@ struct Gap {
 pub(crate) struct Reading {
     /// Largest first; at least one.
     figures: Vec<Figure>,
-    /// All that is drawn.
+    /// All that is drawn, and of that what differs from the ground by much.
     ink: Bitmap,
+    dark: Bitmap,
     gaps: Vec<Gap>,
     /// Lines that enclose nothing and were made limbs.
     limbs: Bitmap,
     /// How much of the lines round figures lies outside of their outlines, in pixels.
     rim: f64,
+    /// The sheet, where lines all over it were taken for its own.
+    patterned: Option<PixelBox>,
     /// Frames and papers that what is drawn lies on.
     sheets: Vec<PixelBox>,
     /// The outermost pixels of the sheet, and those [`BORDER_ROOM`] within.
@@ -101,7 +106,9 @@ impl Reading {
         let inwards = BORDER_ROOM * canvas.width.max(canvas.height) as f64;
         let border = sheet.border(1.0).framed(FRAME);
         let within = sheet.border(inwards + 1.0).without(&sheet.border(inwards)).framed(FRAME);
-        let ink = Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME) };
+        let patterned = ink.patterned.then(|| PixelBox::of(&sheet.area)).flatten();
+        let ink =
+            Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME), ..ink };
         let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
         let figures = figures::figures(&body.area, size, body.rim);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
@@ -112,21 +119,33 @@ impl Reading {
         Ok(Reading {
             figures,
             ink: ink.all.or(&ink.aside),
+            dark: ink.dark,
             gaps: body.gaps,
             limbs: body.limbs,
             rim: body.rim,
+            patterned,
             sheets,
             borders: [border, within],
         })
     }
 
-    /// The outline of a figure, the largest being number 0, in the coordinates of the upload.
+    /// The outline of a figure, the largest being number 0, and the lines drawn within it, longest first, in the coordinates
+    /// of the upload.
     ///
     /// # Errors
     /// A contour of more than `max_points` points.
-    pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<Drawing, Refusal> {
-        outline::drawing(canvas, &self.figures[figure].area, max_points)
-            .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))
+    pub fn drawing(
+        &self,
+        canvas: &Canvas,
+        figure: usize,
+        max_points: usize,
+    ) -> Result<(Drawing, Vec<Vec<[f64; 2]>>), Refusal> {
+        let area = &self.figures[figure].area;
+        let depth = strokes::outline_depth(area, &self.dark);
+        let lines = strokes::within(area, &self.dark, depth);
+        let drawing = outline::drawing(canvas, &slits::slit(area, &self.dark, &lines, depth), max_points)
+            .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))?;
+        Ok((drawing, strokes::placed(canvas, &lines)))
     }
 
     /// Where the figures are and how large, largest first.

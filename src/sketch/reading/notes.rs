@@ -6,6 +6,7 @@ use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::enclosed::parts;
 use crate::raster::neighbourhood::dilated;
+use crate::raster::pieces::Pieces;
 use crate::sketch::refusal::{Warning, WarningCode};
 
 /// Ink that is left out is named where it takes this part of the figure's area, or reaches so far in parts of its size.
@@ -14,6 +15,9 @@ const NAMED_SIDE: f64 = 0.03;
 
 /// Most gaps named one by one; a hatched figure has a hundred.
 const MOST_GAPS: usize = 12;
+
+/// Most pieces left out that are named one by one, largest first; the others are named together.
+const MOST_LEFT_OUT: usize = 40;
 
 /// So few pixels of a figure on the border are no cut.
 const LEAST_CUT: usize = 6;
@@ -47,6 +51,10 @@ pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec
         let detail = "a frame or a sheet was taken for what the figure is drawn on";
         warnings.push(placed(WarningCode::Background, detail, unframed(sheet)));
     }
+    if let Some(bounds) = reading.patterned {
+        let detail = "lines that run all over the paper were taken for its own";
+        warnings.push(placed(WarningCode::Background, detail, unframed(bounds)));
+    }
     let near = dilated(&own.area, reading.rim + SOFT_EDGE);
     let touches = |[x, y]: [f64; 2]| near.get((x as usize).min(near.width() - 1), (y as usize).min(near.height() - 1));
     let mut gaps: Vec<&Gap> = reading.gaps.iter().filter(|gap| touches(gap.place)).collect();
@@ -78,11 +86,18 @@ pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec
         warnings.extend(boxed(WarningCode::OtherFigure, "another figure was left out", &other.area));
     }
     let side = PixelBox::of(&own.area).map_or(0, PixelBox::side) as f64;
-    for piece in parts(&rest, 1) {
-        let Some(bounds) = PixelBox::of(&piece) else { continue };
-        if piece.area() as f64 > NAMED_AREA * own.area.area() as f64 || bounds.side() as f64 > NAMED_SIDE * side {
-            warnings.push(placed(WarningCode::LeftOut, "this was left out of the figure", bounds));
-        }
+    let pieces = Pieces::of(&rest, false);
+    let mut left_out: Vec<(usize, PixelBox)> = pieces.sizes.iter().copied().zip(pieces.boxes()).collect();
+    left_out.retain(|&(size, bounds)| {
+        size as f64 > NAMED_AREA * own.area.area() as f64 || bounds.side() as f64 > NAMED_SIDE * side
+    });
+    left_out.sort_by_key(|&(size, _)| std::cmp::Reverse(size));
+    let further = left_out.split_off(left_out.len().min(MOST_LEFT_OUT));
+    let named = left_out.into_iter().map(|(_, bounds)| bounds);
+    warnings.extend(named.map(|bounds| placed(WarningCode::LeftOut, "this was left out of the figure", bounds)));
+    if let Some(bounds) = further.iter().map(|&(_, bounds)| bounds).reduce(PixelBox::with) {
+        let detail = format!("{} further pieces were left out of the figure", further.len());
+        warnings.push(placed(WarningCode::LeftOut, &detail, bounds));
     }
     warnings
 }

@@ -4,6 +4,7 @@ use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::mesh::edges::Edges;
 use crate::sketch::ring::signed_area;
 use crate::sketch::{Choice, Config, Imported, Refusal, Warning, WarningCode, from_picture, from_svg};
 
@@ -356,4 +357,66 @@ fn a_picture_is_read_as_it_is_shown() {
     assert_eq!(corner(3), [150.0, 100.0]);
     assert_eq!(corner(6), [100.0, 21.0]);
     assert_eq!(corner(8), [21.0, 150.0]);
+}
+
+#[test]
+fn lines_within_a_figure_are_kept_where_they_were_drawn() {
+    let body = r##"<path d="M100 100H300V400H100Z" fill="#f0c8a0" stroke="#000" stroke-width="8"/>"##;
+    let eye = r#"<circle cx="150" cy="150" r="8"/>"#;
+    let mouth = r##"<path d="M130 220H200" stroke="#000" stroke-width="6"/>"##;
+    let read = svg(&format!("{body}{eye}{mouth}")).unwrap();
+    let strokes = read.sketch.drawn_strokes();
+    assert_eq!(strokes.len(), 2, "{strokes:?}");
+    let (left, right) = (strokes[0][0], strokes[0][strokes[0].len() - 1]);
+    let ends = if left[0] < right[0] { [left, right] } else { [right, left] };
+    for (end, truth) in ends.iter().zip([[130.0, 220.0], [200.0, 220.0]]) {
+        assert!((end[0] - truth[0]).hypot(end[1] - truth[1]) < 6.0, "{strokes:?}");
+    }
+    for point in &strokes[1] {
+        assert!((point[0] - 150.0).hypot(point[1] - 150.0) < 6.0, "{strokes:?}");
+    }
+    // A body alone has none, filled or as a line.
+    assert!(svg(body).unwrap().sketch.strokes().is_empty());
+    assert!(svg(&body.replace("#f0c8a0", "none")).unwrap().sketch.strokes().is_empty());
+}
+
+#[test]
+fn a_light_eye_of_a_dark_figure_is_kept() {
+    let read = svg(r##"<path d="M100 100H300V400H100Z"/><circle cx="150" cy="160" r="8" fill="#fff"/>"##);
+    let strokes = read.unwrap().sketch.drawn_strokes();
+    assert_eq!(strokes.len(), 1, "{strokes:?}");
+    assert!(strokes[0].iter().all(|point| (point[0] - 150.0).hypot(point[1] - 160.0) < 6.0), "{strokes:?}");
+}
+
+#[test]
+fn many_pieces_left_out_are_all_told_of() {
+    let spots = (0..60).map(|k| format!(r#"<circle cx="{}" cy="{}" r="6"/>"#, 20 + 30 * (k % 12), 20 + 22 * (k / 12)));
+    let read = svg(&format!(r#"<path d="M60 250H340V480H60Z"/>{}"#, spots.collect::<String>())).unwrap();
+    let left_out: Vec<_> = read.warnings.iter().filter(|warning| warning.code == WarningCode::LeftOut).collect();
+    assert_eq!(left_out.len(), 41, "{left_out:?}");
+    assert!(left_out[40].detail.starts_with("20 further pieces"), "{left_out:?}");
+}
+
+#[test]
+fn an_arm_that_lies_against_the_body_is_apart_from_it() {
+    let body = r##"<path d="M150 60H250L330 200V480H70V200Z" fill="#f0c8a0" stroke="#000" stroke-width="6"/>"##;
+    let arms = r##"<path d="M130 480V200M270 480V200" stroke="#000" stroke-width="6"/>"##;
+    let belt = r##"<path d="M73 300H327" stroke="#000" stroke-width="6"/>"##;
+    let whole = svg(body).unwrap();
+    let length = |read: &Imported| {
+        let edges = Edges::of(read.sketch.mesh().triangles());
+        let ends = edges.iter().filter(|edge| edge.half_edges().len() == 1).map(|edge| edge.ends());
+        let far = |[a, b]: [u32; 2]| {
+            let [p, q] = [a, b].map(|v| read.sketch.point(v as usize));
+            (p[0] - q[0]).hypot(p[1] - q[1])
+        };
+        ends.map(far).sum::<f64>()
+    };
+    // Each slit is gone along on both sides.
+    let armed = svg(&format!("{body}{arms}")).unwrap();
+    assert!((length(&armed) - length(&whole) - 4.0 * 280.0).abs() < 60.0, "{} {}", length(&armed), length(&whole));
+    // A line across parts nothing.
+    let belted = svg(&format!("{body}{belt}")).unwrap();
+    assert!((length(&belted) - length(&whole)).abs() < 10.0);
+    assert_eq!(belted.sketch.strokes().len(), 1);
 }

@@ -1,0 +1,106 @@
+//! The lines within a figure: an eye, an ear, a leg before a leg.
+
+use super::FRAME;
+use super::canvas::Canvas;
+use crate::raster::PixelBox;
+use crate::raster::bitmap::Bitmap;
+use crate::raster::distance::squared;
+use crate::raster::neighbourhood::{dilated, eroded, opened};
+use crate::raster::pieces::Pieces;
+use crate::raster::skeleton::middle_lines;
+
+/// Half the width of the widest inner line, in parts of the figure's longer side; what is wider is a patch of colour.
+const HALF_WIDEST: f64 = 0.03;
+
+/// Pieces of fewer pixels are dust.
+const LEAST_PIXELS: usize = 6;
+
+/// How far within the outline's own line another begins, in pixels.
+pub(super) const SOFT_EDGE: f64 = 2.5;
+
+/// Most lines that are kept, longest first, and how far they may be simplified, in pixels.
+const MOST: usize = 200;
+const TOLERANCE: f64 = 1.0;
+
+/// Share of the places so far within a figure that are dark where the line round it reaches as far.
+const OUTLINED: f64 = 0.5;
+
+/// How far the line round a figure reaches into it, in pixels; not at all where the figure is dark all through.
+pub(super) fn outline_depth(area: &Bitmap, dark: &Bitmap) -> f64 {
+    let depths = squared(&area.complement());
+    let mut counts: Vec<[usize; 2]> = Vec::new();
+    for (y, x) in (0..area.height()).flat_map(|y| area.runs(y).flatten().map(move |x| (y, x))) {
+        let depth = depths[y * area.width() + x].sqrt() as usize;
+        counts.resize(counts.len().max(depth + 1), [0; 2]);
+        counts[depth][0] += 1;
+        counts[depth][1] += usize::from(dark.get(x, y));
+    }
+    let is_light = |&[all, dark]: &[usize; 2]| all > 0 && (dark as f64) < OUTLINED * all as f64;
+    let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
+    // The outermost pixels are as far from the nearest outside as one.
+    let depth = counts.iter().skip(1).position(is_light).unwrap_or(0) as f64;
+    if depth <= 2.0 * half_widest { depth } else { 0.0 }
+}
+
+/// The inner lines of a figure, longest first, pixel by pixel. `dark` is what differs from the ground by much; the line round
+/// the figure reaches `depth` pixels into it.
+pub(super) fn within(area: &Bitmap, dark: &Bitmap, depth: f64) -> Vec<Vec<[usize; 2]>> {
+    let inside = eroded(area, depth + SOFT_EDGE);
+    let marked = inside.and(dark);
+    // On a figure that is dark itself the lines are what is left out.
+    let marked = if 2 * marked.area() > inside.area() { inside.without(dark) } else { marked };
+    let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
+    let patches = dilated(&opened(&marked, half_widest), SOFT_EDGE);
+    let thin = without_dust(&marked.without(&patches));
+    let mut lines = middle_lines(&thin);
+    lines.sort_by(|a, b| length(b).total_cmp(&length(a)));
+    lines.truncate(MOST);
+    lines
+}
+
+/// Lines with as few points as show them, in the coordinates of the upload.
+pub(super) fn placed(canvas: &Canvas, lines: &[Vec<[usize; 2]>]) -> Vec<Vec<[f64; 2]>> {
+    let middle = |&[x, y]: &[usize; 2]| [x as f64 + 0.5, y as f64 + 0.5];
+    let placed = |point: [f64; 2]| canvas.upload_point(point.map(|x| x - FRAME as f64));
+    let line = |line: &Vec<[usize; 2]>| simplified(&line.iter().map(middle).collect::<Vec<_>>());
+    lines.iter().map(|pixels| line(pixels).into_iter().map(placed).collect()).collect()
+}
+
+fn without_dust(marked: &Bitmap) -> Bitmap {
+    let pieces = Pieces::of(marked, true);
+    let mut clean = Bitmap::new(marked.width(), marked.height());
+    let runs = pieces.runs.iter().filter(|run| pieces.sizes[run.piece] >= LEAST_PIXELS);
+    runs.for_each(|run| clean.fill(run.y, run.from, run.to, true));
+    clean
+}
+
+/// The length of a line, in pixels.
+pub(super) fn length(line: &[[usize; 2]]) -> f64 {
+    let step = |ends: &[[usize; 2]]| [0, 1].map(|i| ends[0][i].abs_diff(ends[1][i]) as f64);
+    line.windows(2).map(step).map(|[x, y]| x.hypot(y)).sum()
+}
+
+/// The line with as few of its points as keep all others within [`TOLERANCE`] [Douglas and Peucker 1973].
+fn simplified(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let Some(last) = line.len().checked_sub(1) else { return Vec::new() };
+    let mut kept = vec![false; line.len()];
+    (kept[0], kept[last]) = (true, true);
+    let mut stretches = vec![(0, last)];
+    while let Some((from, to)) = stretches.pop() {
+        let off = |&k: &usize| distance(line[k], line[from], line[to]);
+        let farthest = (from + 1..to).max_by(|a, b| off(a).total_cmp(&off(b)));
+        if let Some(farthest) = farthest.filter(|k| off(k) > TOLERANCE) {
+            kept[farthest] = true;
+            stretches.extend([(from, farthest), (farthest, to)]);
+        }
+    }
+    line.iter().zip(kept).filter_map(|(&point, kept)| kept.then_some(point)).collect()
+}
+
+/// The distance of a point from a stretch.
+fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let squared = along[0] * along[0] + along[1] * along[1];
+    let t = if squared > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
+}
