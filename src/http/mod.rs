@@ -89,7 +89,7 @@ pub struct Config {
     pub max_uploads_bytes: usize,
     /// Bytes of memory that everything read at one time may take: what is made of bodies, as estimated beforehand.
     pub max_reading_bytes: usize,
-    /// Triangles of a mesh.
+    /// Triangles of a mesh that are matched.
     pub max_triangles: usize,
     /// Eigenpairs of a spectrum.
     pub max_eigenpairs: usize,

@@ -5,9 +5,9 @@ use utoipa::ToSchema;
 
 use super::{Cause, Fault, Untaken, warnings};
 use crate::alignment::prepared::standing::{self, Up};
-use crate::mesh::connectivity::{Summary, summary};
-use crate::mesh::figure::Figure;
+use crate::mesh::connectivity::{Summary, components, summary};
 use crate::mesh::formats::{Format, Limits, foreign};
+use crate::mesh::parts::figures;
 use crate::mesh::refusal::{Refusal, Warning};
 use crate::mesh::validation::{Imported, import};
 
@@ -30,7 +30,10 @@ pub struct MeshMeasures {
 impl MeshMeasures {
     /// What is told of a mesh that came in this format.
     pub fn of(Imported { mesh, warnings }: &Imported, format: Format) -> MeshMeasures {
-        let up = Some(standing::up(&Figure::largest(mesh).mesh, format.up()));
+        let components = components(mesh.sound());
+        let likeliest = figures(mesh.sound(), &components).swap_remove(0);
+        let body = components.cut_out(mesh.sound(), &likeliest).mesh;
+        let up = Some(standing::up(&body, format.up()));
         MeshMeasures { summary: summary(mesh), warnings: warnings.clone(), up }
     }
 }
