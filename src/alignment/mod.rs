@@ -28,6 +28,7 @@ mod search;
 
 pub use answer::{Alignment, Alternative, Way};
 pub use choice::terms::{Terms, WEIGHTS};
+pub use choice::trust::{DOUBTS, NAMES as DOUBT_NAMES, Regression, logarithms};
 pub use error::AlignmentError;
 pub use scene::landmarks::Pair;
 pub use scene::upright::Upright;
@@ -73,6 +74,7 @@ pub fn aligned(
         by_distances &= reconciled.map == best.map;
         best = reconciled;
     }
+    let doubts = trust::doubts(scene, &best, &others, landmarks);
     let second = others.into_iter().find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
             && other.score() < best.score() + PLAUSIBLE
@@ -100,7 +102,7 @@ pub fn aligned(
         (false, false) => Way::View,
     };
     Ok(Alignment {
-        confidence: trust::trust(shape, mesh, &best.laying, &best.map, &best.distortion),
+        confidence: trust::trust(&doubts),
         frame: drawn,
         way,
         sideways: dot(drawn.toward_camera, mesh.symmetry.normal).abs() > SIDEWAYS,
@@ -121,7 +123,8 @@ pub struct Weighed {
     pub map: Vec<u32>,
 }
 
-/// Every attempt that is weighed where there are no landmarks, the answer first: for those who fit what chooses.
+/// Every attempt that is weighed where there are no landmarks, the answer first, and for every vertex of the sketch what
+/// speaks against the answer there: for those who fit what chooses and what is trusted.
 ///
 /// # Errors
 /// [`AlignmentError`].
@@ -130,11 +133,13 @@ pub fn weighed(
     mesh: &PreparedMesh,
     upright: Option<Upright>,
     watch: &dyn Watch,
-) -> Result<Vec<Weighed>, AlignmentError> {
+) -> Result<(Vec<Weighed>, Vec<[f64; DOUBTS]>), AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
-    let (best, others) = best_view(scene, &candidates(scene)?, &Landmarks::new(shape, &[]))?;
+    let none = &Landmarks::new(shape, &[]);
+    let (best, others) = best_view(scene, &candidates(scene)?, none)?;
     let (answer, by_distances) = believed(scene, best.clone())?;
+    let doubts = trust::doubts(scene, &answer, &others, none);
     let rejected = by_distances.then_some(best);
     let all = [answer].into_iter().chain(rejected).chain(others);
-    Ok(all.map(|attempt| Weighed { terms: attempt.terms, map: attempt.map }).collect())
+    Ok((all.map(|attempt| Weighed { terms: attempt.terms, map: attempt.map }).collect(), doubts))
 }

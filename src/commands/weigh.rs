@@ -6,17 +6,19 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::printed;
-use sketchmatch::alignment::{Terms, WEIGHTS};
+use sketchmatch::alignment::{DOUBT_NAMES, Terms, WEIGHTS};
 use sketchmatch::fitting::cases::of_folder;
+use sketchmatch::fitting::confidence::{self, confidence};
 use sketchmatch::fitting::weights::{chosen, fitted};
 use sketchmatch::fitting::{Judged, judged};
+use sketchmatch::pipeline::outcome::Rating;
 
 #[derive(Debug, Args)]
 pub struct WeighOptions {
     /// Folders of cases: of silhouettes with `truth.json`, or with `cases.json` and `meshes.json`.
     #[arg(required = true)]
     folders: Vec<PathBuf>,
-    /// Fits weights to the half of the cases that is not held back.
+    /// Fits weights to the half of the cases that is not held back, and what is trusted to all.
     #[arg(long, env = "SKETCHMATCH_FIT")]
     fit: bool,
 }
@@ -40,6 +42,37 @@ pub fn run(options: &WeighOptions) -> anyhow::Result<()> {
             printed(&format!("{name:12} {weight:.3}"))?;
         }
         means(&judged, "fitted", &weights)?;
+        trusted(&judged)?;
+    }
+    Ok(())
+}
+
+/// Prints how far answers are to be trusted, fitted to all cases, and how cases were rated by what was fitted to the other
+/// half.
+fn trusted(judged: &[Judged]) -> anyhow::Result<()> {
+    let of_half = |held_back: bool| judged.iter().filter(move |case| case.held_back == held_back);
+    let (Some(all), Some(first), Some(second)) =
+        (confidence::fitted(judged.iter()), confidence::fitted(of_half(false)), confidence::fitted(of_half(true)))
+    else {
+        return Ok(());
+    };
+    printed(&format!("{:?}\n{all:#?}", DOUBT_NAMES))?;
+    let rated = of_half(true).map(|case| (case, &first)).chain(of_half(false).map(|case| (case, &second)));
+    let rated: Vec<_> = rated.map(|(case, fitted)| (case, Rating::of(confidence(case, fitted)))).collect();
+    for rating in [Rating::High, Rating::Medium, Rating::Low] {
+        let errors: Vec<f64> = rated
+            .iter()
+            .filter(|(_, of)| *of == rating)
+            .filter_map(|(case, _)| Some(case.attempts.first()?.error))
+            .collect();
+        let above = |limit: f64| errors.iter().filter(|&&error| error > limit).count();
+        printed(&format!(
+            "rated {rating:?} by the other half: {}, mean error {:.3}, {} above 0.15, {} above 0.3",
+            errors.len(),
+            errors.iter().sum::<f64>() / errors.len().max(1) as f64,
+            above(0.15),
+            above(0.3)
+        ))?;
     }
     Ok(())
 }

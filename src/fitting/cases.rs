@@ -139,38 +139,44 @@ impl Case {
 }
 
 impl Truth {
-    /// The mean error of answers, m vertices at m places of the drawing: of dense truth by the variant that it is least
-    /// of. `distance` is that of two vertices, none where it is not known.
-    pub(super) fn error(
+    /// The errors of answers, m vertices at m places of the drawing, each with the number of the place: of dense truth those
+    /// of the variant of which their mean is least. `distance` is that of two vertices, none where it is not known.
+    pub(super) fn errors(
         &self,
         places: &[[f64; 2]],
         answers: &[u32],
         distance: &dyn Fn(u32, u32) -> Option<f64>,
-    ) -> f64 {
-        let answer = |point: &[f64; 2]| {
+    ) -> Vec<(usize, f64)> {
+        let nearest = |point: &[f64; 2]| {
             let squared = |p: &[f64; 2]| (p[0] - point[0]).powi(2) + (p[1] - point[1]).powi(2);
-            let nearest = places.iter().zip(answers).min_by(|a, b| squared(a.0).total_cmp(&squared(b.0)));
-            nearest.map_or(0, |(_, &answer)| answer)
+            (0..places.len()).min_by(|&a, &b| squared(&places[a]).total_cmp(&squared(&places[b]))).unwrap_or(0)
         };
         match self {
             Truth::Dense { side, points, variants } => {
-                let answers: Vec<u32> = points.iter().map(answer).collect();
+                let nearest: Vec<usize> = points.iter().map(nearest).collect();
                 let scale = if *side { 0.5f64.sqrt() } else { 1.0 };
-                let error = |variant: &Vec<i64>| {
-                    let known = answers.iter().zip(variant).filter_map(|(&a, &b)| distance(a, u32::try_from(b).ok()?));
-                    mean(known) / scale
+                let errors = |variant: &Vec<i64>| -> Vec<(usize, f64)> {
+                    let error = |(&at, &right): (&usize, &i64)| {
+                        Some((at, distance(answers[at], u32::try_from(right).ok()?)? / scale))
+                    };
+                    nearest.iter().zip(variant).filter_map(error).collect()
                 };
-                variants.iter().map(error).fold(f64::INFINITY, f64::min)
+                let all = variants.iter().map(errors);
+                all.min_by(|a, b| mean(a).total_cmp(&mean(b))).unwrap_or_default()
             }
-            Truth::Landmarks(landmarks) => mean(landmarks.iter().filter_map(|(point, right)| {
-                let answer = answer(point);
-                right.iter().filter_map(|&vertex| distance(answer, vertex)).reduce(f64::min)
-            })),
+            Truth::Landmarks(landmarks) => {
+                let error = |(point, right): &([f64; 2], Vec<u32>)| {
+                    let at = nearest(point);
+                    let distances = right.iter().filter_map(|&vertex| distance(answers[at], vertex));
+                    Some((at, distances.reduce(f64::min)?))
+                };
+                landmarks.iter().filter_map(error).collect()
+            }
         }
     }
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / f64::max(count, 1.0)
+/// The mean of errors.
+pub(super) fn mean(errors: &[(usize, f64)]) -> f64 {
+    errors.iter().map(|(_, error)| error).sum::<f64>() / errors.len().max(1) as f64
 }

@@ -1,22 +1,23 @@
-//! What chooses between the attempts of an alignment, fitted to cases whose truth is known.
+//! What chooses between the attempts of an alignment, and what is trusted of the answer, fitted to cases whose truth is known.
 //!
 //! Cases are read from folders ([`cases`]), all their attempts weighed and judged here, and weights found that choose
-//! those of least error ([`weights`]). Half of the cases, by what they were drawn from, is held back: what gains on one
+//! those of least error ([`weights`]); and how far the answers are to be trusted ([`confidence`]). Half of the cases, by what they were drawn from, is held back: what gains on one
 //! half and not on the other was fitted to the cases, not to the task.
 
 pub mod cases;
+pub mod confidence;
 pub mod weights;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::alignment::prepared::{FlatShape, PreparedMesh};
-use crate::alignment::{Upright, Weighed, weighed};
+use crate::alignment::{DOUBTS, Upright, Weighed, weighed};
 use crate::mesh::figure::Figure;
 use crate::mesh::formats::{Format, Limits};
 use crate::mesh::validation::import;
 use crate::numerics::{Unwatched, side_by_side};
-use cases::Case;
+use cases::{Case, mean};
 
 /// A case that cannot be read or matched, and why.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +40,8 @@ pub struct Judged {
     pub set: String,
     pub held_back: bool,
     pub attempts: Vec<Attempt>,
+    /// What speaks against the answer at every place whose truth is known, and how far off it is.
+    pub points: Vec<([f64; DOUBTS], f64)>,
 }
 
 /// An attempt, and how far off it is.
@@ -95,21 +98,25 @@ fn attempted(case: &Case, target: &Target) -> Result<Judged, Unreadable> {
     let up = prepared.up(None);
     let upright =
         up.is_sure().then(|| Upright { sketch: shape.turned([0.0, 1.0]), mesh: prepared.axes.along(up.direction) });
-    let attempts = weighed(&shape, prepared, upright, &Unwatched).map_err(unreadable)?;
+    let (attempts, doubts) = weighed(&shape, prepared, upright, &Unwatched).map_err(unreadable)?;
     let places: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v)).collect();
     let distance = |a: u32, b: u32| {
         let on_figure = |v: u32| figure.at(v);
         let (a, b) = (on_figure(a)?, on_figure(b)?);
         Some(prepared.distances.between(a as u32, b as u32))
     };
-    let judge = |Weighed { terms, map }: Weighed| {
+    let errors = |map: &[u32]| {
         let vertices: Vec<u32> = map.iter().map(|&v| figure.vertices[v as usize]).collect();
-        Attempt { terms: terms.values().to_vec(), error: case.truth.error(&places, &vertices, &distance) }
+        case.truth.errors(&places, &vertices, &distance)
     };
+    let points = attempts.first().map(|answer| errors(&answer.map)).unwrap_or_default();
+    let judge =
+        |Weighed { terms, map }: Weighed| Attempt { terms: terms.values().to_vec(), error: mean(&errors(&map)) };
     Ok(Judged {
         name: case.name.clone(),
         set: case.set.clone(),
         held_back: case.is_held_back(),
+        points: points.into_iter().map(|(at, error)| (doubts[at], error)).collect(),
         attempts: attempts.into_iter().map(judge).collect(),
     })
 }

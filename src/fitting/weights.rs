@@ -102,7 +102,7 @@ mod tests {
                 Attempt { terms: vec![error + 0.02 * noise(k), noise(k + 5)], error }
             };
             let attempts = (0..6).map(attempt).collect();
-            Judged { name: i.to_string(), set: String::new(), held_back: false, attempts }
+            Judged { name: i.to_string(), set: String::new(), held_back: false, attempts, points: Vec::new() }
         };
         let cases: Vec<Judged> = (0..40).map(case).collect();
         let weights = fitted(cases.iter());

@@ -8,6 +8,7 @@ pub(crate) mod edges;
 pub mod farthest_points;
 pub mod figure;
 pub mod file_mesh;
+pub mod flat;
 pub mod formats;
 pub mod geodesics;
 mod joining;

@@ -172,6 +172,11 @@ impl Sketch {
         self.y_axis.flipped(point)
     }
 
+    /// A point of the plane of the mesh in the coordinates of the upload.
+    pub fn to_upload(&self, point: [f64; 2]) -> [f64; 2] {
+        self.y_axis.flipped(point)
+    }
+
     /// The same for sketches of the same vertices, triangles, direction of y and lines within.
     pub fn content_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();

@@ -1,56 +1,94 @@
 //! How far an alignment is to be trusted, point by point.
 
-use crate::alignment::distances::distortion::Distortion;
-use crate::alignment::laying::Laying;
-use crate::alignment::prepared::sampled_distances::Place;
-use crate::alignment::prepared::{FlatShape, PreparedMesh};
+use super::attempt::Attempt;
+use crate::alignment::prepared::FlatShape;
+use crate::alignment::scene::Scene;
+use crate::alignment::scene::landmarks::Landmarks;
+use crate::geometry::{length, subtract};
 use crate::numerics::median;
 
-/// A logistic regression on standardised logarithms, fitted to the errors of silhouettes of animals and persons laid on
-/// meshes of others and of themselves, turned and mirrored: of the distortion of the nearest sample, the local stretch of
-/// the deformation, the cost of the outlines and the local tear of the point map.
-const MEANS: [f64; 4] = [-3.329, -2.159, -2.567, -4.148];
-const DEVIATIONS: [f64; 4] = [0.576, 0.984, 0.502, 0.715];
-const WEIGHTS: [f64; 4] = [0.242, 1.099, 1.125, 0.260];
-const BIAS: f64 = -2.673;
+/// Doubts of an answer.
+pub const DOUBTS: usize = 6;
+
+/// Their names, in their order: of the point the distortion of the nearest sample and the stretch of the deformation; of
+/// all points terms of the choice, and how nearly as good another answer is.
+pub const NAMES: [&str; DOUBTS] = ["distortion", "stretch", "mismatch", "uncovered", "turned_about", "ambiguity"];
+
+/// A logistic regression on standardised logarithms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regression {
+    pub means: [f64; DOUBTS],
+    pub deviations: [f64; DOUBTS],
+    pub weights: [f64; DOUBTS],
+    pub bias: f64,
+}
+
+/// As `sketchmatch weigh --fit` fits it to silhouettes of animals and persons and to drawings.
+const FITTED: Regression = Regression {
+    means: [-2.938, -1.634, -0.873, -2.716, -6.247, -4.374],
+    deviations: [0.534, 0.761, 0.479, 0.946, 1.558, 2.115],
+    weights: [-0.235, -0.438, -0.513, -0.321, -0.135, -0.368],
+    bias: 1.471,
+};
 /// Logarithms are taken of no less.
 const LEAST: f64 = 1e-3;
 
-/// For every vertex of the sketch the estimated chance that its answer in `map` is less than 0.1 √area from the truth,
-/// where `laying` is how the sketch was laid on the view.
-pub fn trust(
-    shape: &FlatShape,
-    mesh: &PreparedMesh,
-    laying: &Laying,
-    map: &[u32],
-    distortion: &Distortion,
-) -> Vec<f64> {
-    let stretches = stretches(shape, &laying.positions);
-    let tears = tears(shape, mesh, map, distortion.scale);
-    let chance = |v: usize| {
-        let features = [distortion.of_samples[nearest_sample(shape, v)], stretches[v], laying.cost, tears[v]];
-        let term = |i: usize| (features[i].max(LEAST).ln() - MEANS[i]) / DEVIATIONS[i] * WEIGHTS[i];
-        let score: f64 = (0..features.len()).map(term).sum();
-        1.0 / (1.0 + (score + BIAS).exp())
-    };
-    (0..shape.positions.len()).map(chance).collect()
+/// Answers whose points lie so far apart on average, left and right alike, are different, in units of √area.
+const DIFFERENT: f64 = 0.15;
+/// The difference of scores that makes one of two answers e times as likely as the other.
+const MARGIN: f64 = 0.03;
+/// Answers that miss landmarks by more are none.
+const ASTRAY: f64 = 0.1;
+
+/// For every vertex of the sketch the estimated chance that its answer is less than 0.1 √area from the truth.
+pub fn trust(doubts: &[[f64; DOUBTS]]) -> Vec<f64> {
+    doubts.iter().map(|doubts| FITTED.chance(doubts)).collect()
 }
 
-/// For every vertex the mean over its edges of how much longer or shorter they are on the mesh, in units of the sketch:
-/// large where neighbours lie on different limbs or on different sides of the body.
-fn tears(shape: &FlatShape, mesh: &PreparedMesh, map: &[u32], scale: f64) -> Vec<f64> {
-    let (mut sum, mut count) = (vec![0.0; map.len()], vec![0.0; map.len()]);
-    let places: Vec<Place> = map.iter().map(|&vertex| mesh.distances.at(vertex)).collect();
-    for &(i, j, _) in &shape.elastic.edges {
-        let (i, j) = (i as usize, j as usize);
-        let (p, q) = (shape.positions[i], shape.positions[j]);
-        let tear = (places[i].to(&places[j]) / scale - (p[0] - q[0]).hypot(p[1] - q[1])).abs();
-        for v in [i, j] {
-            sum[v] += tear;
-            count[v] += 1.0;
-        }
+impl Regression {
+    /// The chance that an answer of which this is doubted is right.
+    pub fn chance(&self, doubts: &[f64; DOUBTS]) -> f64 {
+        let logarithms = logarithms(doubts);
+        let term = |i: usize| (logarithms[i] - self.means[i]) / self.deviations[i] * self.weights[i];
+        1.0 / (1.0 + (-self.bias - (0..DOUBTS).map(term).sum::<f64>()).exp())
     }
-    sum.iter().zip(&count).map(|(sum, count)| sum / f64::max(*count, 1.0)).collect()
+}
+
+/// The logarithms of doubts, which the regression is on.
+pub fn logarithms(doubts: &[f64; DOUBTS]) -> [f64; DOUBTS] {
+    doubts.map(|doubt| doubt.max(LEAST).ln())
+}
+
+/// For every vertex of the sketch what speaks against its answer in the attempt, each the less the better; `others` are the
+/// attempts that it was chosen from.
+pub fn doubts(scene: &Scene<'_>, attempt: &Attempt, others: &[Attempt], landmarks: &Landmarks) -> Vec<[f64; DOUBTS]> {
+    let shape = scene.shape;
+    let Attempt { laying, distortion, terms, .. } = attempt;
+    let stretches = stretches(shape, &laying.positions);
+    let ambiguity = ambiguity(scene, attempt, others, landmarks);
+    let of_vertex = |v: usize| {
+        let bent = distortion.of_samples[nearest_sample(shape, v)];
+        [bent, stretches[v], terms.mismatch, terms.uncovered, terms.turned_about, ambiguity]
+    };
+    (0..shape.positions.len()).map(of_vertex).collect()
+}
+
+/// How likely the best of the different answers is beside this one, from 0 to 1.
+fn ambiguity(scene: &Scene<'_>, attempt: &Attempt, others: &[Attempt], landmarks: &Landmarks) -> f64 {
+    let folded = |map: &[u32], sample: u32| {
+        let position = scene.mesh.positions[map[sample as usize] as usize];
+        let symmetry = &scene.mesh.symmetry;
+        if symmetry.height(position) < 0.0 { symmetry.reflect(position) } else { position }
+    };
+    let apart = |other: &Attempt| {
+        let samples = &scene.shape.samples;
+        let distance = |&s: &u32| length(subtract(folded(&attempt.map, s), folded(&other.map, s)));
+        samples.iter().map(distance).sum::<f64>() / samples.len().max(1) as f64
+    };
+    let is_possible = |other: &&Attempt| landmarks.astray(scene.mesh, &other.map) <= ASTRAY;
+    let rival = others.iter().filter(is_possible).filter(|other| apart(other) > DIFFERENT);
+    let margin = rival.map(|other| other.score() - attempt.score()).fold(f64::INFINITY, f64::min);
+    (-margin.max(0.0) / MARGIN).exp()
 }
 
 /// The sample nearest to a vertex within the figure.
