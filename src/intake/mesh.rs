@@ -83,3 +83,29 @@ fn untaken(refusal: Refusal) -> Untaken {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::solids::star;
+
+    #[test]
+    fn up_is_judged_on_all_parts_together() {
+        // The legs by themselves, a little below the rest, which is larger and stands on nothing.
+        let body = star(0.0);
+        let is_leg = |p: [f64; 3]| p[2] < -0.1;
+        let mut text = String::new();
+        for &[x, y, z] in body.positions() {
+            text += &format!("v {x} {y} {z}\nv {x} {y} {}\n", z - 0.01);
+        }
+        for triangle in body.triangles() {
+            let below = usize::from(triangle.iter().all(|&v| is_leg(body.positions()[v as usize])));
+            let [a, b, c] = triangle.map(|v| 2 * v as usize + 1 + below);
+            text += &format!("f {a} {b} {c}\n");
+        }
+        let imported = taken(text.as_bytes(), Format::Obj, &Limits::default()).unwrap();
+        let measures = MeshMeasures::of(&imported, Format::Obj);
+        assert!(measures.summary.components > 1);
+        assert_eq!(measures.up.unwrap().direction, [0.0, 0.0, 1.0]);
+    }
+}
