@@ -1,5 +1,5 @@
 /** The match that follows the drawing: after every change it is asked for anew, and what runs is cancelled. */
-import { effect, signal, untracked } from "@preact/signals";
+import { batch, effect, signal, untracked } from "@preact/signals";
 import * as matches from "../api/matches";
 import * as shapes from "../api/shapes";
 import { Away, Refusal, words } from "../api/trouble";
@@ -88,14 +88,23 @@ function ask(asked: Asked, pause: number) {
   const { signal } = running;
   if (isEmpty(asked.drawing)) {
     reading.value = null;
-    answer.value = null;
-    chosen.value = null;
+    show(null);
     takesLines.value = false;
     stage.value = { kind: "idle" };
     return;
   }
+  // An answer on another mesh says nothing of this one.
+  if (answer.value?.mesh !== asked.mesh) show(null);
   const timer = setTimeout(() => run(asked, signal), pause);
   signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
+}
+
+/** Shows an answer, or none, without an alternative. */
+function show(next: Answer | null) {
+  batch(() => {
+    answer.value = next;
+    chosen.value = null;
+  });
 }
 
 async function run(asked: Asked, signal: AbortSignal, isRetry = false) {
@@ -108,8 +117,8 @@ async function run(asked: Asked, signal: AbortSignal, isRetry = false) {
     } else if (asked.mesh) {
       // The triangles of the drawing are fetched while it is matched.
       const [reading, ended] = await Promise.all([read, matched(document, asked.mesh, asked.wishes, signal)]);
-      chosen.value = null;
-      answer.value = { reading, mesh: asked.mesh, ...ended };
+      signal.throwIfAborted();
+      show({ reading, mesh: asked.mesh, ...ended });
       stage.value = { kind: "done" };
       rest = REST.first;
       sweep(ended.match);
