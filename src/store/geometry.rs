@@ -7,7 +7,7 @@ use super::{Kind, StoreError};
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::sound::Sound;
-use crate::sketch::{Sketch, YAxis};
+use crate::sketch::{Line, Sketch, YAxis};
 
 /// A geometry as it is stored.
 pub(super) struct Encoded {
@@ -135,7 +135,7 @@ pub(super) fn sketch(geometry: &str, bytes: &[u8]) -> Result<Sketch, String> {
 }
 
 /// The lines within a sketch; none where a blob has none.
-fn strokes(bytes: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, SafeTensorError> {
+fn strokes(bytes: &[u8]) -> Result<Vec<Line>, SafeTensorError> {
     let file = SafeTensors::deserialize(bytes)?;
     if file.tensor(STROKES).is_err() {
         return Ok(Vec::new());
