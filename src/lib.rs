@@ -26,7 +26,8 @@ pub mod sketch;
 /// The Laplacian of a mesh and its eigenpairs.
 pub mod spectral;
 
-/// Shapes led to other places and bent as little as may be.
+/// Shapes led to other places and bent as little as may be; drawings moved by handles, and their deformation transferred to
+/// a surface.
 pub mod deformation;
 
 /// A sketch laid on a mesh without a click: prepared shapes, contours, search, laying, choice.
@@ -57,6 +58,9 @@ pub mod example;
 
 /// The method in order: request, stages, outcome.
 pub mod pipeline;
+
+/// The application of a match: the mesh posed by its drawing.
+pub mod posing;
 
 // Floor 3.
 

@@ -1,11 +1,12 @@
 //! As-rigid-as-possible deformation of a flat shape [SA07].
 
 use faer::Mat;
-use sprs::{CsMat, TriMat};
+use sprs::CsMat;
 
+use super::links::{Link, edges, laplacian};
+use super::similarity::Similarity;
 use crate::mesh::TriangleMesh;
 use crate::numerics::cholesky::{Analysis, FactorisationError, SparseCholesky};
-use crate::spectral::laplacian::stiffness;
 
 /// Turns of local rotations and global positions.
 const ROUNDS: usize = 8;
@@ -20,8 +21,7 @@ pub struct Pull {
 
 /// What holds a flat shape of m vertices together.
 pub struct Elastic {
-    /// Edges i < j with half the sum of the cotangents opposite them, at least a little.
-    pub edges: Vec<(u32, u32, f64)>,
+    pub edges: Vec<Link>,
     /// 2 L of these weights, m × m, and its analysis, which that with another diagonal has too.
     laplacian: CsMat<f64>,
     analysis: Analysis,
@@ -33,27 +33,28 @@ impl Elastic {
     /// # Errors
     /// [`FactorisationError::OutOfMemory`].
     pub fn new(mesh: &TriangleMesh) -> Result<Elastic, FactorisationError> {
-        let edges = edges(mesh);
-        let laplacian = doubled_laplacian(&edges, mesh.positions().len());
+        Elastic::of(edges(mesh), mesh.positions().len())
+    }
+
+    /// What links hold together, which leave none of so many vertices alone.
+    ///
+    /// # Errors
+    /// [`FactorisationError::OutOfMemory`].
+    pub fn of(edges: Vec<Link>, count: usize) -> Result<Elastic, FactorisationError> {
+        let laplacian = laplacian(&edges, count).map(|entry| 2.0 * entry);
         Ok(Elastic { edges, analysis: Analysis::new(&laplacian)?, laplacian })
     }
 }
 
-fn edges(mesh: &TriangleMesh) -> Vec<(u32, u32, f64)> {
-    let stiffness = stiffness(mesh);
-    let above = stiffness.iter().filter(|(_, (i, j))| i < j);
-    above.map(|(value, (i, j))| (i as u32, j as u32, (-value).max(1e-6))).collect()
-}
-
-fn doubled_laplacian(edges: &[(u32, u32, f64)], count: usize) -> CsMat<f64> {
-    let mut entries = TriMat::with_capacity((count, count), 4 * edges.len());
-    for &(i, j, w) in edges {
-        let (i, j) = (i as usize, j as usize);
-        for (row, column, sign) in [(i, i, 2.0), (j, j, 2.0), (i, j, -2.0), (j, i, -2.0)] {
-            entries.add_triplet(row, column, sign * w);
-        }
+impl Elastic {
+    /// How far apart the vertices are that hold together: the weighted sum of their squared distances.
+    pub fn size(&self, places: &[[f64; 2]]) -> f64 {
+        let squared = |&(i, j, weight): &Link| {
+            let (p, q) = (places[i as usize], places[j as usize]);
+            weight * ((p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2))
+        };
+        self.edges.iter().map(squared).sum()
     }
-    entries.to_csr()
 }
 
 /// The positions (m × 2) of least elastic energy under the pulls. The shape at `rest` (m × 2) is scaled by the similarity
@@ -62,6 +63,19 @@ fn doubled_laplacian(edges: &[(u32, u32, f64)], count: usize) -> CsMat<f64> {
 /// # Errors
 /// Where the pulls leave the position undetermined.
 pub fn deformed(elastic: &Elastic, rest: &[[f64; 2]], pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
+    led(elastic, rest, pulls, &Similarity::fitted(pulls.iter().map(|p| (rest[p.vertex as usize], p.target, p.weight))))
+}
+
+/// As [`deformed`], the shape being scaled as by the similarity, from whose places it starts.
+///
+/// # Errors
+/// As [`deformed`].
+pub fn led(
+    elastic: &Elastic,
+    rest: &[[f64; 2]],
+    pulls: &[Pull],
+    similarity: &Similarity,
+) -> Result<Vec<[f64; 2]>, FactorisationError> {
     let n = rest.len();
     let mut matrix = elastic.laplacian.clone();
     let mut hold = vec![0.0; n];
@@ -83,7 +97,6 @@ pub fn deformed(elastic: &Elastic, rest: &[[f64; 2]], pulls: &[Pull]) -> Result<
         (0..n).map(|v| [block[(v, 0)], block[(v, 1)]]).collect::<Vec<[f64; 2]>>()
     };
 
-    let similarity = Similarity::fitted(rest, pulls);
     let placed: Vec<[f64; 2]> = rest.iter().map(|&p| similarity.apply(p)).collect();
     let rest: Vec<[f64; 2]> = rest.iter().map(|p| p.map(|x| x * similarity.scale)).collect();
     let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis]);
@@ -124,43 +137,6 @@ fn rotations(elastic: &Elastic, rest: &[[f64; 2]], now: &[[f64; 2]]) -> Vec<[f64
         *turn = turn.map(|x| x / length);
     }
     turns
-}
-
-/// p ↦ scale · R p + shift.
-struct Similarity {
-    scale: f64,
-    turn: [f64; 2],
-    shift: [f64; 2],
-}
-
-impl Similarity {
-    /// The weighted least-squares similarity from the pulled vertices to their targets, without reflection.
-    fn fitted(rest: &[[f64; 2]], pulls: &[Pull]) -> Similarity {
-        let total: f64 = pulls.iter().map(|p| p.weight).sum();
-        let mean = |at: &dyn Fn(&Pull) -> [f64; 2]| -> [f64; 2] {
-            std::array::from_fn(|axis| pulls.iter().map(|p| p.weight * at(p)[axis]).sum::<f64>() / total)
-        };
-        let from = |p: &Pull| rest[p.vertex as usize];
-        let (a, b) = (mean(&from), mean(&|p| p.target));
-        let (mut c, mut s, mut spread) = (0.0, 0.0, 0.0);
-        for p in pulls {
-            let (x, y) = (from(p), p.target);
-            let (x, y) = ([x[0] - a[0], x[1] - a[1]], [y[0] - b[0], y[1] - b[1]]);
-            c += p.weight * (x[0] * y[0] + x[1] * y[1]);
-            s += p.weight * (x[0] * y[1] - x[1] * y[0]);
-            spread += p.weight * (x[0] * x[0] + x[1] * x[1]);
-        }
-        let length = c.hypot(s);
-        let turn = if length > 0.0 { [c / length, s / length] } else { [1.0, 0.0] };
-        let scale = if spread > 0.0 && length > 0.0 { length / spread } else { 1.0 };
-        let [c, s] = turn.map(|x| x * scale);
-        Similarity { scale, turn, shift: [b[0] - c * a[0] + s * a[1], b[1] - s * a[0] - c * a[1]] }
-    }
-
-    fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let [c, s] = self.turn.map(|t| t * self.scale);
-        [c * x - s * y + self.shift[0], s * x + c * y + self.shift[1]]
-    }
 }
 
 #[cfg(test)]

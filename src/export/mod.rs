@@ -7,6 +7,7 @@ pub mod functional_map;
 pub mod geometry;
 mod npy;
 pub mod picture;
+pub mod pose;
 pub mod spectrum;
 mod unwritten;
 

@@ -81,6 +81,23 @@ pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &FileMesh) -> Resu
         Some(alternative) => seen.instead(alternative).ok_or(Unwritten::NoAlternative)?,
         None => seen,
     };
+    let pair = matched(seen, sketch, mesh)?;
+    Ok(match look.form {
+        Form::Png => picture::png(&pair, look.width)?,
+        Form::Svg => picture::svg(&pair, look.width)?.into_bytes(),
+        Form::Glb => picture::glb(&pair, mesh)?,
+    })
+}
+
+/// The match of these two shapes that a result tells of, as the service wrote it.
+///
+/// # Errors
+/// A result that cannot be read or is of other shapes.
+pub(super) fn pair<'a>(result: &[u8], sketch: &'a Sketch, mesh: &'a FileMesh) -> Result<Matched<'a>, Unwritten> {
+    matched(serde_json::from_slice(result)?, sketch, mesh)
+}
+
+fn matched<'a>(seen: Seen, sketch: &'a Sketch, mesh: &'a FileMesh) -> Result<Matched<'a>, Unwritten> {
     let view = seen.alignment.map(|Aligned { view: ViewReport { toward_camera, up } }| Frame {
         right: cross(up, toward_camera),
         up,
@@ -92,10 +109,5 @@ pub fn file(look: Look, result: &[u8], sketch: &Sketch, mesh: &FileMesh) -> Resu
         let vertex = mesh.sound_vertices(mesh_vertex).next().unwrap_or(mesh.sound().positions().len() as u32);
         (vertex, confidence.unwrap_or(0.0))
     });
-    let pair = Matched::new(sketch, mesh.sound(), points, view)?;
-    Ok(match look.form {
-        Form::Png => picture::png(&pair, look.width)?,
-        Form::Svg => picture::svg(&pair, look.width)?.into_bytes(),
-        Form::Glb => picture::glb(&pair, mesh)?,
-    })
+    Ok(Matched::new(sketch, mesh.sound(), points, view)?)
 }

@@ -2,7 +2,7 @@
 
 use safetensors::tensor::SafeTensorError;
 
-use crate::picture::Unfit;
+use crate::picture::{PoseUnseen, Unfit};
 
 /// Why something was not written.
 #[derive(Debug, thiserror::Error)]
@@ -11,6 +11,10 @@ pub enum Unwritten {
     Json(#[from] serde_json::Error),
     #[error("the result has no such alternative")]
     NoAlternative,
+    #[error("the result has no such frame")]
+    NoFrame,
+    #[error("the pose cannot be drawn: {0}")]
+    Pose(#[from] PoseUnseen),
     #[error(transparent)]
     Unfit(#[from] Unfit),
     #[error("the picture cannot be encoded: {0}")]

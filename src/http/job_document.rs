@@ -5,7 +5,10 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::paths;
+use super::resource::{Resource, address};
 use super::timestamp::timestamp;
+use crate::jobs::Posing;
+use crate::pipeline::Settings;
 use crate::store::{Job, State};
 
 /// A match and how far it is.
@@ -53,8 +56,8 @@ pub enum Status {
 
 #[derive(Debug, Serialize, ToSchema)]
 pub struct Progress {
-    /// The stage under way, once there is one: `spectrum`, `regions`, `descriptors`, `map`, `points`. `finished` with
-    /// success; after a failure or a cancelling, the stage last reported.
+    /// The stage under way, once there is one: `spectrum`, `alignment`, `regions`, `descriptors`, `map`, `points` of a match.
+    /// `finished` with success; after a failure or a cancelling, the stage last reported.
     pub stage: Option<String>,
     /// The share of the whole that is done.
     #[schema(minimum = 0, maximum = 1)]
@@ -75,14 +78,18 @@ pub struct Links {
     pub events: String,
 }
 
-impl From<Job> for MatchDocument {
-    fn from(job: Job) -> MatchDocument {
-        let itself = paths::of_match(&job.id);
+impl Resource for Settings {
+    const NOUN: &'static str = "match";
+    const PATH: &'static str = paths::MATCHES;
+    type Document = MatchDocument;
+
+    fn document(job: Job, request: Option<Value>) -> MatchDocument {
+        let itself = address::<Settings>(&job.id);
         MatchDocument {
             name: job.name,
             mesh: job.mesh.unwrap_or_default(),
             sketch: job.sketch.unwrap_or_default(),
-            request: None,
+            request,
             status: job.state.into(),
             progress: Progress { stage: job.stage, fraction: job.fraction },
             place_in_queue: job.place,
@@ -95,6 +102,80 @@ impl From<Job> for MatchDocument {
                 picture: format!("{itself}/picture"),
                 matrix: format!("{itself}/matrix"),
                 mesh: format!("{itself}/mesh.glb"),
+                events: format!("{itself}/events"),
+                itself,
+            },
+            id: job.id,
+        }
+    }
+}
+
+/// A pose and how far it is.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct PoseDocument {
+    pub id: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The mesh and the sketch of the match.
+    pub mesh: String,
+    pub sketch: String,
+    /// What was asked for; not in lists and events.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<crate::posing::request::PoseRequest>)]
+    pub request: Option<Value>,
+    pub status: Status,
+    /// Of the one stage `posing`.
+    pub progress: Progress,
+    /// Which it is of the poses that wait, from 1, where it waits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub place_in_queue: Option<i64>,
+    /// RFC 3339.
+    #[schema(format = DateTime)]
+    pub created_at: String,
+    #[schema(format = DateTime)]
+    pub started_at: Option<String>,
+    #[schema(format = DateTime)]
+    pub finished_at: Option<String>,
+    /// Problem details of a pose that failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<super::problem::Problem>)]
+    pub error: Option<Value>,
+    pub links: PoseLinks,
+}
+
+#[derive(Debug, Serialize, ToSchema)]
+pub struct PoseLinks {
+    #[serde(rename = "self")]
+    pub itself: String,
+    pub result: String,
+    /// The drawing and the mesh in their pose.
+    pub picture: String,
+    pub events: String,
+}
+
+impl Resource for Posing {
+    const NOUN: &'static str = "pose";
+    const PATH: &'static str = paths::POSES;
+    type Document = PoseDocument;
+
+    fn document(job: Job, payload: Option<Value>) -> PoseDocument {
+        let itself = address::<Posing>(&job.id);
+        PoseDocument {
+            name: job.name,
+            mesh: job.mesh.unwrap_or_default(),
+            sketch: job.sketch.unwrap_or_default(),
+            request: payload.and_then(|mut payload| payload.get_mut("request").map(Value::take)),
+            status: job.state.into(),
+            progress: Progress { stage: job.stage, fraction: job.fraction },
+            place_in_queue: job.place,
+            created_at: timestamp(job.created_ms),
+            started_at: job.started_ms.map(timestamp),
+            finished_at: job.finished_ms.map(timestamp),
+            error: job.error,
+            links: PoseLinks {
+                result: format!("{itself}/result"),
+                picture: format!("{itself}/picture"),
                 events: format!("{itself}/events"),
                 itself,
             },

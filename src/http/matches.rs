@@ -1,25 +1,22 @@
 //! Matches: asked for, looked at, ended.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::{HeaderValue, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use serde::Deserialize;
-use tokio::time::{Instant, timeout_at};
 use utoipa::IntoParams;
 
 use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::inline_sketch::InlineSketch;
 use super::job_document::MatchDocument;
-use super::page::{Listing, PageQuery, cursor_fault};
+use super::page::{Listing, PageQuery};
 use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::{App, PREFERENCE_APPLIED, memory, paths, shapes};
+use super::{App, Config, memory, resource, shapes};
 use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
 use crate::intake::mesh::MeshMeasures;
@@ -27,10 +24,7 @@ use crate::jobs::Task;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
-use crate::store::{Job, Kind, MEMORY, NewJob, Shape, Unkept};
-
-/// Seconds after which to look at an unfinished match again.
-const LOOK_AGAIN: u32 = 1;
+use crate::store::{Kind, MEMORY, NewJob, Shape, Unkept};
 
 /// What a match is asked for with beside its request.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -70,17 +64,7 @@ pub async fn create(
     let (printed, named) = (body.clone(), name.clone().unwrap_or_default());
     let print = app.off_runtime(move || fingerprint("POST /v1/matches", &[&printed.bytes, named.as_bytes()])).await?;
     let request = submitted(&app, body, name, key.dedupe(&print));
-    let answer = key.once(&app.store, &print, request).await?;
-    let location = answer.location.clone().unwrap_or_default();
-    let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
-    let id = location.trim_start_matches(paths::MATCHES).trim_start_matches('/');
-    let mut response = match finished(&app, id, patience).await? {
-        Some(job) => Answer::json(StatusCode::OK, Some(location), &described(&app, job).await?)?.into_response(),
-        None => accepted(answer),
-    };
-    let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
-    response.headers_mut().extend(applied.map(|applied| (PREFERENCE_APPLIED, applied)));
-    Ok(response)
+    resource::asked::<Settings>(&app, &key, &print, &wait, request).await
 }
 
 /// Queues the match that `body` asks for.
@@ -100,8 +84,7 @@ async fn submitted(
     };
     let (settings, payload, drawn) = payload(app, request, inline).await?;
     let job = NewJob { name: name.as_deref(), dedupe: dedupe.as_deref(), taken_for: MEMORY, ..settings.job(&payload) };
-    let job = app.queued(&job, drawn).await?;
-    Answer::json(StatusCode::ACCEPTED, Some(paths::of_match(&job.id)), &described(app, job).await?)
+    resource::queued::<Settings>(app, app.queued(&job, drawn).await?).await
 }
 
 /// The request with every value filled in, also in JSON, checked against the shapes it names; and the sketch within it, to
@@ -122,8 +105,8 @@ async fn payload(
     let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let up = mesh.as_ref().and_then(known_up);
     let mesh = mesh.map(|mesh| mesh.vertices);
-    let budget = app.config.max_job_memory;
-    let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
+    let config = app.config.clone();
+    let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, &config, faults)).await??;
     if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
         settings.up.mesh.get_or_insert(Direction::Along(up));
     }
@@ -143,13 +126,6 @@ async fn payload(
     Ok((settings, payload, drawn))
 }
 
-/// What is told of a match by itself: its request too.
-async fn described(app: &App, job: Job) -> Result<MatchDocument, Problem> {
-    let payload = app.store.payload(&job.id).await?;
-    let request = payload.map(|payload| serde_json::from_str(&payload)).transpose().map_err(Problem::internal)?;
-    Ok(MatchDocument { request, ..MatchDocument::from(job) })
-}
-
 /// 422: the shapes cannot be matched as asked.
 fn unfit(faults: Vec<Fault>) -> Problem {
     Problem::refused("the match cannot be carried out as asked", faults)
@@ -160,7 +136,7 @@ fn settings(
     request: &MatchRequest,
     sketch: Option<usize>,
     mesh: Option<usize>,
-    budget: usize,
+    config: &Config,
     mut faults: Vec<Fault>,
 ) -> Result<Settings, Problem> {
     let settings = Settings::resolve(request);
@@ -168,7 +144,9 @@ fn settings(
         && let (Some(sketch), Some(mesh)) = (sketch, mesh)
     {
         faults.extend(pipeline::check(settings, sketch, mesh).into_iter().map(Fault::from));
-        faults.extend(memory::faults(settings, sketch, mesh, budget));
+        // Of more triangles the surface was made coarser, and has fewer vertices than these.
+        let matched = mesh.min(config.max_triangles);
+        faults.extend(memory::faults(settings, sketch, matched, config.max_job_memory));
     }
     match settings {
         Ok(settings) if faults.is_empty() => Ok(settings),
@@ -216,38 +194,13 @@ fn known_up(mesh: &Shape) -> Option<[f64; 3]> {
     told.up.filter(Up::is_sure).map(|up| up.direction)
 }
 
-/// 202 with the time to look again.
-fn accepted(answer: Answer) -> Response {
-    let mut response = answer.into_response();
-    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(LOOK_AGAIN));
-    response
-}
-
-/// The match once it is finished; nothing where that takes longer than `patience` or the server stops.
-async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
-    let deadline = Instant::now() + patience;
-    let mut changes = app.store.job_changes(id);
-    loop {
-        let job = app.store.job(id).await?;
-        match job {
-            Some(job) if job.state.finished() => return Ok(Some(job)),
-            Some(_) => {}
-            None => return Ok(None),
-        }
-        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
-            return Ok(None);
-        }
-    }
-}
-
 /// Lists the matches, newest first.
 #[utoipa::path(
     get, path = "/v1/matches", operation_id = "list_matches", tag = "matches", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<MatchDocument>)),
 )]
 pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
-    let jobs = app.store.jobs(Settings::NAME, &query.page()?).await.map_err(cursor_fault)?;
-    query.listing(paths::MATCHES, jobs, Job::cursor, |job| Ok(MatchDocument::from(job)))
+    resource::listed::<Settings>(&app, &query).await
 }
 
 /// Tells how far a match is.
@@ -256,8 +209,8 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     responses((status = 200, description = "the match", body = MatchDocument)),
 )]
 pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
-    let job = found(&app, &id).await?;
-    Ok(Json(described(&app, job).await?))
+    let job = resource::found::<Settings>(&app, &id).await?;
+    Ok(Json(resource::described::<Settings>(&app, job).await?))
 }
 
 /// Cancels a match that is queued or running, deletes one that is finished.
@@ -269,13 +222,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocume
     ),
 )]
 pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem> {
-    let job = found(&app, &id).await?;
-    if !job.state.finished() {
-        let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
-        return Ok(Json(described(&app, job).await?).into_response());
-    }
-    app.store.delete(&id).await?;
-    Ok(StatusCode::NO_CONTENT.into_response())
+    resource::ended::<Settings>(&app, &id).await
 }
 
 /// Cancels a match that is queued or running; one that is finished stays as it is.
@@ -284,16 +231,5 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
     responses((status = 200, description = "the match as it now stands", body = MatchDocument)),
 )]
 pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
-    found(&app, &id).await?;
-    let job = app.store.cancel(&id).await?.ok_or_else(|| Problem::not_found(format_args!("match {id}")))?;
-    Ok(Json(described(&app, job).await?))
-}
-
-/// The match of this id.
-///
-/// # Errors
-/// 404 where there is none.
-pub async fn found(app: &App, id: &str) -> Result<Job, Problem> {
-    let job = app.store.job(id).await?.filter(|job| job.kind == Settings::NAME);
-    job.ok_or_else(|| Problem::not_found(format_args!("match {id}")))
+    resource::cancelled::<Settings>(&app, &id).await
 }

@@ -21,6 +21,20 @@ fn of_spectrum(vertices: usize, k: usize) -> usize {
     numbers.saturating_mul(size_of::<f64>()).saturating_add(FACTOR).saturating_mul(vertices)
 }
 
+/// The bytes it takes to pose a mesh of these many vertices, about: two factors, and some tens of numbers each.
+pub fn of_pose(vertices: usize) -> usize {
+    FIXED.saturating_mul(size_of::<f64>()).saturating_add(2 * FACTOR).saturating_mul(vertices)
+}
+
+/// What is wrong with posing a mesh of these many vertices with `budget` bytes.
+pub fn excess_of_pose(vertices: usize, budget: usize) -> Option<String> {
+    let needed = of_pose(vertices);
+    (needed > budget).then(|| {
+        let (needed, most) = (needed.div_ceil(1 << 20), budget >> 20);
+        format!("posing a mesh of {vertices} vertices takes about {needed} MiB, a job may take {most} MiB")
+    })
+}
+
 /// What is wrong with asking for `k` eigenpairs of a shape of these many vertices with `budget` bytes.
 pub fn excess(vertices: usize, k: usize, budget: usize) -> Option<String> {
     let needed = of_spectrum(vertices, k);
@@ -61,6 +75,13 @@ mod tests {
         assert_eq!(of_spectrum(1000, 20), 1000 * ((6 * 20 + 224) * 8 + 2048));
         assert_eq!(of_spectrum(1000, 7), of_spectrum(1000, 20));
         assert_eq!(of_spectrum(usize::MAX, usize::MAX), usize::MAX);
+    }
+
+    #[test]
+    fn a_pose_takes_more_the_larger_the_mesh_is() {
+        assert_eq!(excess_of_pose(500_000, 8 * GIB), None);
+        assert!(excess_of_pose(2_000_000, 8 * GIB).unwrap().contains("of 2000000 vertices"));
+        assert_eq!(of_pose(usize::MAX), usize::MAX);
     }
 
     #[test]

@@ -24,16 +24,17 @@ mod page;
 mod paths;
 mod pictures;
 mod portraits;
+mod poses;
 mod preference;
 mod problem;
 mod query;
 mod regularisers;
 mod representation;
+mod resource;
 mod results;
 mod shapes;
 mod sketches;
 mod spectra;
-mod stored_result;
 mod timestamp;
 mod unread;
 
@@ -90,7 +91,7 @@ pub struct Config {
     pub max_uploads_bytes: usize,
     /// Bytes of memory that everything read at one time may take: what is made of bodies, as estimated beforehand.
     pub max_reading_bytes: usize,
-    /// Triangles of a mesh.
+    /// Triangles of a mesh that are matched.
     pub max_triangles: usize,
     /// Eigenpairs of a spectrum.
     pub max_eigenpairs: usize,

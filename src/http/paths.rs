@@ -5,10 +5,8 @@ use crate::store::Kind;
 /// Where matches are listed.
 pub const MATCHES: &str = "/v1/matches";
 
-/// The address of a match.
-pub fn of_match(id: &str) -> String {
-    format!("{MATCHES}/{id}")
-}
+/// Where poses are listed.
+pub const POSES: &str = "/v1/poses";
 
 /// Where the shapes of a kind are listed.
 pub const fn of_shapes(kind: Kind) -> &'static str {

@@ -11,10 +11,11 @@ use utoipa::{IntoParams, ToSchema};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{OCTETS, Wanted};
-use super::{App, shapes, stored_result};
+use super::{App, resource, shapes};
 use crate::export::functional_map;
 use crate::export::picture::{self, Form, Look};
 use crate::picture::{WIDTH, WIDTHS};
+use crate::pipeline::Settings;
 
 pub(super) const PNG: &str = "image/png";
 pub(super) const SVG: &str = "image/svg+xml";
@@ -105,7 +106,7 @@ pub async fn of_match(
     let wanted = wanted(query.format, headers)?;
     let form = if wanted.media_type() == SVG { Form::Svg } else { Form::Png };
     let look = Look { form, width: width(query.width, WIDTH)?, alternative: query.alternative };
-    drawn(&app, wanted, look, stored_result::of_match(&app, &id).await?).await
+    drawn(&app, wanted, look, resource::result::<Settings>(&app, &id).await?).await
 }
 
 /// Answers the functional map of a match as a heat map: a row per eigenfunction of the mesh and a column per one of the
@@ -125,7 +126,7 @@ pub async fn of_matrix(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let wanted = wanted(query.format, headers)?;
-    let result = stored_result::of_match(&app, &id).await?;
+    let result = resource::result::<Settings>(&app, &id).await?;
     let wanted = wanted.made_of(&app, result.clone(), "matrix".to_owned()).await?;
     let draw = move |media_type| match media_type {
         SVG => functional_map::svg(&result),
@@ -153,7 +154,7 @@ pub async fn of_mesh(
 ) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[GLB, OCTETS])?;
     let look = Look { alternative: query.alternative, ..Look::from(Form::Glb) };
-    drawn(&app, wanted, look, stored_result::of_match(&app, &id).await?).await
+    drawn(&app, wanted, look, resource::result::<Settings>(&app, &id).await?).await
 }
 
 /// Which shapes a result is of, and how many alternatives it has.

@@ -8,9 +8,10 @@ use super::pictures::{self, GLB};
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::{JSON, NPY, Wanted};
-use super::{App, stored_result};
+use super::{App, resource};
 use crate::export::picture::Form;
 use crate::export::{correspondences, functional_map};
+use crate::pipeline::Settings;
 use crate::pipeline::outcome::MatchResult;
 
 const CSV: &str = "text/csv";
@@ -29,7 +30,7 @@ const CSV: &str = "text/csv";
 )]
 pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, CSV, NPY, GLB])?;
-    let result = stored_result::of_match(&app, &id).await?;
+    let result = resource::result::<Settings>(&app, &id).await?;
     if wanted.media_type() == GLB {
         return pictures::drawn(&app, wanted, Form::Glb.into(), result).await;
     }

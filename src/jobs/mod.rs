@@ -7,6 +7,7 @@ pub mod decomposition;
 mod failure;
 mod kind;
 mod matching;
+pub mod posing;
 mod preparations;
 mod progress;
 mod single_flight;
@@ -16,12 +17,13 @@ pub use bench::Bench;
 pub use decomposition::Decomposition;
 pub use failure::Failure;
 pub use kind::{Kind, Outcome, Task};
+pub use posing::Posing;
 pub use progress::Progress;
 
 use crate::pipeline::Settings;
 
 /// Every kind of job there is; of those whose turn it is the first comes first.
-pub static KINDS: [Kind; 2] = [Kind::of::<Settings>(), Kind::of::<Decomposition>()];
+pub static KINDS: [Kind; 3] = [Kind::of::<Settings>(), Kind::of::<Posing>(), Kind::of::<Decomposition>()];
 
 /// The kind of this name.
 pub fn kind(name: &str) -> Option<&'static Kind> {

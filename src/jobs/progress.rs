@@ -22,6 +22,11 @@ impl Progress {
         self.stopped.store(true, Ordering::Relaxed);
     }
 
+    /// The progress of a job that is one stage of this name.
+    pub fn stage(&self, name: &'static str) -> OneStage<'_> {
+        OneStage { progress: self, name }
+    }
+
     fn reach(&self, stage: &'static str, fraction: f64) -> Result<(), Cancelled> {
         *self.at.lock().unwrap_or_else(PoisonError::into_inner) = (stage, fraction);
         if self.stopped.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
@@ -39,5 +44,17 @@ impl Watcher for Progress {
 impl Watch for Progress {
     fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
         self.reach(Stage::Spectrum.name(), fraction)
+    }
+}
+
+/// A job that is one stage.
+pub struct OneStage<'a> {
+    progress: &'a Progress,
+    name: &'static str,
+}
+
+impl Watch for OneStage<'_> {
+    fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
+        self.progress.reach(self.name, fraction)
     }
 }

@@ -2,11 +2,13 @@
 
 pub mod connectivity;
 mod cut;
+mod decimation;
 mod disjoint_sets;
 pub(crate) mod edges;
 pub mod farthest_points;
 pub mod figure;
 pub mod file_mesh;
+pub mod flat;
 pub mod formats;
 pub mod geodesics;
 mod joining;

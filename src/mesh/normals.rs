@@ -5,9 +5,14 @@ use crate::geometry::{cross, length, subtract};
 
 /// A direction of length 1 for every vertex: the mean of its triangles', weighted by area; along z where there is none.
 pub fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; mesh.positions().len()];
-    for triangle in mesh.triangles() {
-        let [a, b, c] = triangle.map(|v| mesh.positions()[v as usize]);
+    normals(mesh.positions(), mesh.triangles())
+}
+
+/// As [`vertex_normals`], with the vertices at any positions.
+pub fn normals(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; positions.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| positions[v as usize]);
         let normal = cross(subtract(b, a), subtract(c, a));
         for &v in triangle {
             (0..3).for_each(|i| sums[v as usize][i] += normal[i]);

@@ -4,6 +4,7 @@
 //! call that takes a parallelism runs with `Par::Seq`, so that results are the same bytes whatever the thread count.
 
 pub mod block_lanczos;
+pub mod bounded_quadratic;
 pub mod cholesky;
 pub mod conjugate_gradient;
 pub mod cosamp;

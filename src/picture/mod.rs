@@ -27,6 +27,7 @@ use image::ImageError;
 use crate::geometry::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::refusal::Refusal;
 use crate::sketch::Sketch;
 use colour::Colour;
 use scene::Scene;
@@ -114,13 +115,47 @@ pub fn mesh_svg(mesh: &TriangleMesh, width: u32) -> Result<String, ImageError> {
     Ok(svg::document(width, height, "the mesh", &svg::figure(&figure)?))
 }
 
+/// The view a match is looked at from: that which the sketch was matched in, rolled so that the mesh stands in the picture as
+/// the sketch does.
+pub fn matched_view(pair: &Matched<'_>) -> Frame {
+    view::matched(pair)
+}
+
+/// The match as [`png`] with both shapes deformed, in the colours and the views they have at rest: `drawing` are the places
+/// of the sketch's vertices with y up, `places` those of the mesh's.
+///
+/// # Errors
+/// [`PoseUnseen`].
+pub fn posed_png(
+    pair: &Matched<'_>,
+    drawing: &[[f64; 2]],
+    places: Vec<[f64; 3]>,
+    width: u32,
+) -> Result<Vec<u8>, PoseUnseen> {
+    let drawing = drawing.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+    let drawing = TriangleMesh::new(drawing, pair.sketch.mesh().triangles().to_vec())?;
+    let mesh = TriangleMesh::new(places, pair.mesh.triangles().to_vec())?;
+    let Scene { height, figures } =
+        scene::of_shapes(scene::colours(pair), &drawing, &mesh, &view::matched(pair), width);
+    Ok(png::encoded(width, height, png::pixels(width, height, &figures))?)
+}
+
+/// Why a pose cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum PoseUnseen {
+    #[error("what became of the shape is none: {0}")]
+    Shape(#[from] Refusal),
+    #[error(transparent)]
+    Encoder(#[from] ImageError),
+}
+
 /// The mesh of the file that is matched in the colours of the sketch, as glTF 2.0 binary, lit by whoever shows it. Vertices
 /// and triangles are in the file's order and coordinates; a mesh that single precision would spoil is moved to the origin and scaled to extent 1.
 ///
 /// # Errors
 /// What the encoder reports.
 pub fn glb(pair: &Matched<'_>, file: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
-    glb::file(file, &scene::colours(pair).1)
+    glb::file(file, &scene::colours(pair).1, &[])
 }
 
 /// The mesh alone, in white, as [`glb`].
@@ -128,7 +163,16 @@ pub fn glb(pair: &Matched<'_>, file: &FileMesh) -> Result<Vec<u8>, gltf::Error> 
 /// # Errors
 /// What the encoder reports: the file would be larger than 4 GiB.
 pub fn mesh_glb(mesh: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
-    glb::file(mesh, &vec![Colour::WHITE; mesh.sound().positions().len()])
+    posed_glb(mesh, &[])
+}
+
+/// The mesh as [`mesh_glb`] in poses: each the places of the file's vertices. One is the mesh itself in that pose; several
+/// are morph targets of the mesh at rest, with an animation from one to the next.
+///
+/// # Errors
+/// What the encoder reports: the file would be larger than 4 GiB.
+pub fn posed_glb(mesh: &FileMesh, poses: &[Vec<[f64; 3]>]) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(mesh, &vec![Colour::WHITE; mesh.sound().positions().len()], poses)
 }
 
 #[cfg(test)]

@@ -60,22 +60,30 @@ pub struct Scene {
 /// From left to right the sketch, the mesh in the view it was matched in, and the mesh from 60° beside it. The two views
 /// of the mesh have one scale, and the sketch covers as much of the picture as the first of them.
 pub fn scene(pair: &Matched<'_>, width: u32) -> Scene {
-    let (sketch_colours, mesh_colours) = colours(pair);
-    let matched = view::matched(pair);
-    let turned = view::turned(&matched);
-    let (sketch, mesh) = (pair.sketch.mesh(), pair.mesh);
+    of_shapes(colours(pair), pair.sketch.mesh(), pair.mesh, &view::matched(pair), width)
+}
+
+/// The same of any flat mesh and any mesh, in the colours of their vertices and from the view the sketch was matched in.
+pub fn of_shapes(
+    (sketch_colours, mesh_colours): (Vec<Colour>, Vec<Colour>),
+    sketch: &TriangleMesh,
+    mesh: &TriangleMesh,
+    matched: &Frame,
+    width: u32,
+) -> Scene {
+    let turned = view::turned(matched);
     let boxes = [
         Bounds::of(sketch, |[x, y, _]| [x, y]),
         Bounds::of(mesh, |p| matched.project(p)),
         Bounds::of(mesh, |p| turned.project(p)),
     ];
     let upright = Frame { right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], toward_camera: [0.0, 0.0, 1.0] };
-    let enlarged = covered(mesh, &matched) / covered(sketch, &upright);
+    let enlarged = covered(mesh, matched) / covered(sketch, &upright);
     let (height, [drawn, seen, beside]) = placed(width, boxes, [enlarged, 1.0, 1.0]);
     let normals = vertex_normals(mesh);
     let figures = [
         drawing::flat(sketch, sketch_colours, &drawn),
-        drawing::seen(mesh, &normals, &mesh_colours, &matched, &seen),
+        drawing::seen(mesh, &normals, &mesh_colours, matched, &seen),
         drawing::seen(mesh, &normals, &mesh_colours, &turned, &beside),
     ];
     Scene { height, figures }

@@ -5,13 +5,9 @@ use std::collections::HashMap;
 use super::Fault;
 use super::request::Landmark;
 use crate::geometry::{length, subtract};
-use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
+use crate::mesh::flat::{self, REACH};
 use crate::sketch::Sketch;
-
-/// How far from the nearest vertex a landmark may be, and how far apart landmarks of one place of the drawing may be on
-/// the mesh, as a share of the diagonal of the shape's box.
-const REACH: f64 = 0.05;
 
 /// The landmarks as vertices: of the sketch the nearest, of the mesh that of its figure.
 ///
@@ -41,7 +37,7 @@ pub(super) fn vertices(
 
 /// The landmarks that are not on the drawing.
 pub(super) fn off_the_drawing(landmarks: &[Landmark], sketch: &Sketch) -> Vec<Fault> {
-    let reach = reach(sketch.mesh());
+    let reach = flat::reach(sketch.mesh());
     let is_off = |landmark: &Landmark| {
         nearest(sketch, landmark.sketch).is_none_or(|(_, distance)| distance.is_nan() || distance > reach)
     };
@@ -53,7 +49,8 @@ pub(super) fn off_the_drawing(landmarks: &[Landmark], sketch: &Sketch) -> Vec<Fa
     .collect()
 }
 
-/// Every landmark that gives a vertex of the sketch to another place of the mesh than one before it.
+/// Every landmark that gives a vertex of the sketch to another place of the mesh than one before it: farther apart than
+/// [`REACH`] of the diagonal of the mesh's box.
 fn contradictions(vertices: &[[usize; 2]], figure: &Figure) -> Vec<Fault> {
     let positions = figure.mesh.positions();
     let extent = |axis: usize| {
@@ -82,32 +79,13 @@ fn contradictions(vertices: &[[usize; 2]], figure: &Figure) -> Vec<Fault> {
 /// The vertex of the sketch nearest to a point in the coordinates of the upload, and its distance within the sketch's
 /// mesh.
 fn nearest(sketch: &Sketch, point: [f64; 2]) -> Option<(usize, f64)> {
-    let [x, y] = sketch.to_internal(point);
-    let distances = sketch.mesh().positions().iter().map(|p| (p[0] - x).hypot(p[1] - y));
-    distances.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))
-}
-
-/// How far from the nearest vertex a landmark may be. Where triangles are large, a point inside one may be as far from
-/// its corners as an edge is long.
-fn reach(mesh: &TriangleMesh) -> f64 {
-    let positions = mesh.positions();
-    let sides = mesh.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let lengths = sides.map(|[a, b]| {
-        let (a, b) = (positions[a as usize], positions[b as usize]);
-        (a[0] - b[0]).hypot(a[1] - b[1])
-    });
-    let extent = |axis: usize| {
-        let (least, most) = positions
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), p| (least.min(p[axis]), most.max(p[axis])));
-        most - least
-    };
-    lengths.fold(REACH * extent(0).hypot(extent(1)), f64::max)
+    flat::nearest(sketch.mesh(), sketch.to_internal(point))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::TriangleMesh;
     use crate::sketch::YAxis;
 
     /// A unit square drawn with y downwards, one corner at the origin.

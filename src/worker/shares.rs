@@ -70,10 +70,11 @@ impl Drop for Share {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jobs::{Decomposition, Task};
+    use crate::jobs::{Decomposition, Posing, Task};
     use crate::pipeline::Settings;
 
     const MATCH: &str = Settings::NAME;
+    const POSE: &str = Posing::NAME;
     const SPECTRUM: &str = Decomposition::NAME;
 
     fn taken(shares: &Arc<Shares>, kind: &str) -> Share {
@@ -83,30 +84,36 @@ mod tests {
     #[test]
     fn one_thread_takes_turns() {
         let shares = Arc::new(Shares::new(1));
-        assert_eq!(shares.turn(), [MATCH, SPECTRUM]);
-        for (kind, then) in [(MATCH, [SPECTRUM, MATCH]), (SPECTRUM, [MATCH, SPECTRUM]), (SPECTRUM, [MATCH, SPECTRUM])] {
+        assert_eq!(shares.turn(), [MATCH, POSE, SPECTRUM]);
+        let turns = [
+            (MATCH, [POSE, SPECTRUM, MATCH]),
+            (SPECTRUM, [POSE, MATCH, SPECTRUM]),
+            (SPECTRUM, [POSE, MATCH, SPECTRUM]),
+            (POSE, [MATCH, SPECTRUM, POSE]),
+        ];
+        for (kind, then) in turns {
             drop(taken(&shares, kind));
             assert_eq!(shares.turn(), then);
         }
     }
 
     #[test]
-    fn spectra_leave_a_thread_to_matches() {
+    fn spectra_leave_a_thread_to_others() {
         let shares = Arc::new(Shares::new(3));
         let first = taken(&shares, SPECTRUM);
-        assert_eq!(shares.turn(), [MATCH, SPECTRUM]);
+        assert_eq!(shares.turn(), [MATCH, POSE, SPECTRUM]);
         let _second = taken(&shares, SPECTRUM);
-        assert_eq!(shares.turn(), [MATCH]);
+        assert_eq!(shares.turn(), [MATCH, POSE]);
         drop(first);
-        assert_eq!(shares.turn(), [MATCH, SPECTRUM]);
+        assert_eq!(shares.turn(), [MATCH, POSE, SPECTRUM]);
     }
 
     #[test]
-    fn matches_may_take_all_threads_and_then_it_is_the_turn_of_spectra() {
+    fn matches_may_take_all_threads_and_then_it_is_the_turn_of_others() {
         let shares = Arc::new(Shares::new(2));
         let first = taken(&shares, MATCH);
         let _second = taken(&shares, MATCH);
         drop(first);
-        assert_eq!(shares.turn(), [SPECTRUM, MATCH]);
+        assert_eq!(shares.turn(), [POSE, SPECTRUM, MATCH]);
     }
 }

@@ -7,10 +7,11 @@ use tempfile::TempDir;
 use tokio::task::JoinHandle;
 
 use super::*;
-use crate::jobs::{Decomposition, Task};
+use crate::jobs::{Decomposition, Posing, Task};
 use crate::mesh::TriangleMesh;
 use crate::numerics::Watch;
 use crate::pipeline::Settings;
+use crate::posing::request::PoseRequest;
 use crate::spectral::Boundary;
 use crate::store::testing::{fresh, make_rests_short};
 use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, State, Submitted};
@@ -307,5 +308,17 @@ async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
         assert_eq!(error["status"], 422);
         assert!(error["detail"].as_str().unwrap().contains(reason), "{error}");
     }
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_pose_of_a_match_that_is_gone_is_refused_with_the_reason() {
+    let running = Running::for_real().await;
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
+    let request = PoseRequest { matching: "gone".to_owned(), ..PoseRequest::default() };
+    let task = Posing { request, mesh: shape.id, sketch: "sketch_nobody".to_owned() };
+    let job = running.submit_of(Posing::NAME, json!(task)).await;
+    let error = running.reaches(&job, State::Failed).await.error.unwrap();
+    assert_eq!((&error["status"], &error["detail"]), (&json!(422), &json!("there is no sketch sketch_nobody")));
     running.stop().await;
 }

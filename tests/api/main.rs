@@ -15,6 +15,7 @@ mod hostile_drawings;
 mod logs;
 mod openapi;
 mod pictures;
+mod poses;
 mod program;
 mod server;
 mod spectra;

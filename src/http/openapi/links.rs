@@ -38,13 +38,18 @@ const OF_MATCH: &[&str] = &[
     "end_match",
 ];
 
+const OF_POSE: &[&str] =
+    &["read_pose", "follow_pose", "read_pose_result", "read_pose_basis", "draw_pose", "cancel_pose", "end_pose"];
+
 const LINKS: &[Link] = &[
     Link::by_id("upload_mesh", &["200", "201"], OF_MESH),
     Link::by_id("upload_sketch", &["200", "201"], OF_SKETCH),
     Link::by_id("create_match", &["200", "202"], OF_MATCH),
+    Link::by_id("create_pose", &["200", "202"], OF_POSE),
     Link::by_first_id("list_meshes", OF_MESH),
     Link::by_first_id("list_sketches", OF_SKETCH),
     Link::by_first_id("list_matches", OF_MATCH),
+    Link::by_first_id("list_poses", OF_POSE),
     Link {
         from: "list_examples",
         statuses: &["200"],

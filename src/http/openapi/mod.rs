@@ -14,8 +14,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    App, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, regularisers, results,
-    sketches, spectra,
+    App, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses, regularisers,
+    results, sketches, spectra,
 };
 
 #[derive(OpenApi)]
@@ -26,6 +26,7 @@ use super::{
         (name = "meshes", description = "3D meshes"),
         (name = "sketches", description = "2D sketches"),
         (name = "matches", description = "which point of the mesh is each point of the sketch"),
+        (name = "poses", description = "the mesh posed by its sketch"),
         (name = "examples", description = "creatures to try the service with"),
         (name = "regularisers", description = "what can be added to the problem"),
         (name = "service", description = "the state of the server"),
@@ -55,7 +56,14 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(pictures::of_match))
         .routes(routes!(pictures::of_matrix))
         .routes(routes!(pictures::of_mesh))
-        .routes(routes!(events::stream))
+        .routes(routes!(events::of_match))
+        .routes(routes!(poses::create, poses::list))
+        .routes(routes!(poses::read, poses::end))
+        .routes(routes!(poses::cancel))
+        .routes(routes!(poses::result))
+        .routes(routes!(poses::picture))
+        .routes(routes!(poses::basis))
+        .routes(routes!(events::of_pose))
         .routes(routes!(creatures::list))
         .routes(routes!(creatures::mesh))
         .routes(routes!(creatures::sketch))

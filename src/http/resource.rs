@@ -1,0 +1,158 @@
+//! What kinds of jobs have in common that clients ask for by name, follow, read and end.
+
+use std::time::Duration;
+
+use axum::Json;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use serde::Serialize;
+use serde_json::Value;
+use tokio::time::{Instant, timeout_at};
+
+use super::idempotency::{Answer, IdempotencyKey};
+use super::page::{PageQuery, cursor_fault};
+use super::preference::Wait;
+use super::problem::Problem;
+use super::{App, PREFERENCE_APPLIED};
+use crate::jobs::Task;
+use crate::store::{Job, State};
+
+/// Seconds after which to look at an unfinished job again.
+const LOOK_AGAIN: u32 = 1;
+
+/// A kind of job that has an address.
+pub trait Resource: Task {
+    /// The noun in messages.
+    const NOUN: &'static str;
+    /// Where they are listed.
+    const PATH: &'static str;
+    /// What is told of one.
+    type Document: Serialize;
+
+    /// What is told of a job; with its payload in JSON also what was asked for.
+    fn document(job: Job, payload: Option<Value>) -> Self::Document;
+}
+
+/// The address of a job.
+pub fn address<T: Resource>(id: &str) -> String {
+    format!("{}/{id}", T::PATH)
+}
+
+/// The job of this id.
+///
+/// # Errors
+/// 404 where there is none of this kind.
+pub async fn found<T: Resource>(app: &App, id: &str) -> Result<Job, Problem> {
+    let job = app.store.job(id).await?.filter(|job| job.kind == T::NAME);
+    job.ok_or_else(|| missing::<T>(id))
+}
+
+fn missing<T: Resource>(id: &str) -> Problem {
+    Problem::not_found(format_args!("{} {id}", T::NOUN))
+}
+
+/// What is told of a job by itself: also what was asked for.
+pub async fn described<T: Resource>(app: &App, job: Job) -> Result<T::Document, Problem> {
+    let payload = app.store.payload(&job.id).await?;
+    let payload = payload.map(|payload| serde_json::from_str(&payload)).transpose().map_err(Problem::internal)?;
+    Ok(T::document(job, payload))
+}
+
+/// 202 with what is told of a job that was queued.
+pub async fn queued<T: Resource>(app: &App, job: Job) -> Result<Answer, Problem> {
+    Answer::json(StatusCode::ACCEPTED, Some(address::<T>(&job.id)), &described::<T>(app, job).await?)
+}
+
+/// The answer to a request for a job, of this `print` and queued by `submitted`: carried out once under its key, and
+/// waited for as long as the client prefers.
+pub async fn asked<T: Resource>(
+    app: &App,
+    key: &IdempotencyKey,
+    print: &str,
+    wait: &Wait,
+    submitted: impl Future<Output = Result<Answer, Problem>>,
+) -> Result<Response, Problem> {
+    let answer = key.once(&app.store, print, submitted).await?;
+    let location = answer.location.clone().unwrap_or_default();
+    let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
+    let id = location.trim_start_matches(T::PATH).trim_start_matches('/');
+    let mut response = match finished(app, id, patience).await? {
+        Some(job) => Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response(),
+        None => accepted(answer),
+    };
+    let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
+    response.headers_mut().extend(applied.map(|applied| (PREFERENCE_APPLIED, applied)));
+    Ok(response)
+}
+
+/// 202 with the time to look again.
+fn accepted(answer: Answer) -> Response {
+    let mut response = answer.into_response();
+    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(LOOK_AGAIN));
+    response
+}
+
+/// The job once it is finished; nothing where that takes longer than `patience` or the server stops.
+async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
+    let deadline = Instant::now() + patience;
+    let mut changes = app.store.job_changes(id);
+    loop {
+        let job = app.store.job(id).await?;
+        match job {
+            Some(job) if job.state.finished() => return Ok(Some(job)),
+            Some(_) => {}
+            None => return Ok(None),
+        }
+        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
+            return Ok(None);
+        }
+    }
+}
+
+/// A page of the jobs of a kind, newest first.
+pub async fn listed<T: Resource>(app: &App, query: &PageQuery) -> Result<Response, Problem> {
+    let jobs = app.store.jobs(T::NAME, &query.page()?).await.map_err(cursor_fault)?;
+    query.listing(T::PATH, jobs, Job::cursor, |job| Ok(T::document(job, None)))
+}
+
+/// Cancels a job that is queued or running, deletes one that is finished.
+pub async fn ended<T: Resource>(app: &App, id: &str) -> Result<Response, Problem> {
+    let job = found::<T>(app, id).await?;
+    if !job.state.finished() {
+        return Ok(cancelled::<T>(app, id).await?.into_response());
+    }
+    app.store.delete(id).await?;
+    Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+/// Cancels a job that is queued or running; one that is finished stays as it is.
+pub async fn cancelled<T: Resource>(app: &App, id: &str) -> Result<Json<T::Document>, Problem> {
+    found::<T>(app, id).await?;
+    let job = app.store.cancel(id).await?.ok_or_else(|| missing::<T>(id))?;
+    Ok(Json(described::<T>(app, job).await?))
+}
+
+/// The result of a job as it was written.
+///
+/// # Errors
+/// 404 where there is no such job, 409 where it has no result.
+pub async fn result<T: Resource>(app: &App, id: &str) -> Result<Bytes, Problem> {
+    let job = found::<T>(app, id).await?;
+    if job.state != State::Succeeded {
+        let problem = Problem::new(StatusCode::CONFLICT, resultless::<T>(&job));
+        return Err(if job.state.finished() { problem } else { problem.retry_after(LOOK_AGAIN) });
+    }
+    app.store.result(id).await?.ok_or_else(|| Problem::not_found(format_args!("result of {} {id}", T::NOUN)))
+}
+
+/// Why a job has no result, in words.
+pub fn resultless<T: Resource>(job: &Job) -> String {
+    let (noun, reason) = (T::NOUN, job.error.as_ref().and_then(|error| error.get("detail")?.as_str()));
+    match (job.state, reason) {
+        (State::Cancelled, _) => format!("the {noun} was cancelled"),
+        (_, Some(reason)) => format!("the {noun} failed: {reason}"),
+        (state, None) if state.finished() => format!("the {noun} failed"),
+        _ => format!("the {noun} is not finished"),
+    }
+}
