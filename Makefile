@@ -1,22 +1,48 @@
-.PHONY: run test context bench bench-peer
+.PHONY: run web test test-web context bench bench-peer
+
+# Whether the page can be built here, and looked at.
+NODE := $(shell command -v npm)
+CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser || command -v google-chrome)
 
 # Serves on http://127.0.0.1:8080; the data is kept under ./data.
-run:
+run: $(if $(NODE),web,no-web)
 	cargo run --release --locked -- serve
 
-# Every check there is.
-test:
+# Builds the page into web/dist, which the program embeds: cargo looks there again once the file that embeds it is newer.
+web: web/dist/index.html
+
+web/dist/index.html: openapi/openapi.json $(shell find web/src web/*.* -type f ! -name schema.d.ts)
+	cd web && npm ci --no-audit --no-fund && npm run build
+	touch $@ src/http/front_page.rs
+
+.PHONY: no-web
+no-web:
+	@echo "There is no Node here: the service runs without its page (Node 20.19 or later builds it)."
+
+# Every check there is. The page is built before it is embedded.
+test: $(if $(NODE),web)
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo check --locked --lib --no-default-features
 	cargo test --locked
 	$(MAKE) context
+	$(MAKE) $(if $(and $(NODE),$(CHROMIUM)),test-web,no-test-web)
+
+# Lint, types, and the page in a real browser against the program.
+test-web: web
+	cd web && npm run check
+	cargo build --locked
+	cd web && SKETCHMATCH=../target/debug/sketchmatch CHROMIUM=$(CHROMIUM) npm test
+
+.PHONY: no-test-web
+no-test-web:
+	@echo "The tests of the page were left out: they need Node 20.19 or later and Chromium."
 
 # The image is built from what .dockerignore admits: so much has to compile.
 context:
 	rm -rf target/context
 	mkdir -p target/context
-	cp -R $$(sed -n 's/^!//p' .dockerignore) target/context
+	tar -cf - $$(sed -n 's/^!//p' .dockerignore) | tar -xf - -C target/context
 	cargo check --locked --bin sketchmatch --manifest-path target/context/Cargo.toml --target-dir target
 
 # What every stage costs, as one table; see docs/performance.md. BENCH_ARGS: --sixty, --vast.

@@ -13,11 +13,12 @@ One piece, broken:
   slivers    a vertex in the middle of 100 edges, and the triangle without area that fills the crack; 100 faces twice
   detached   every twentieth face on vertices of its own
   flipped    every tenth face turned over
+  holes      every fiftieth face missing
 In parts, about eight of them:
   touching   each on vertices of its own, moved by a thousandth of the diagonal
   overlapping  each grown by three rings of faces as well
   inside     the mesh whole, and three balls in it
-  gap1 ... gap5  each moved away from the middle by so many hundredths of the diagonal
+  gap1 ... gap5  each moved away from the middle, so that gaps are up to so many hundredths of the diagonal wide
 """
 import argparse, json, os, urllib.error, urllib.request
 import numpy as np
@@ -117,6 +118,11 @@ def flipped(positions, faces, random):
     return positions, out, np.arange(len(positions))
 
 
+def holes(positions, faces, random):
+    missing = random.choice(len(faces), len(faces) // 50, replace=False)
+    return positions, np.delete(faces, missing, axis=0), np.arange(len(positions))
+
+
 def in_parts(positions, faces, by, grown=0):
     part = parts(positions, faces); middle = positions.mean(axis=0); points, out, original = list(positions), [], list(range(len(positions)))
     for p in range(part.max() + 1):
@@ -142,8 +148,8 @@ def inside(positions, faces, random):
 
 FAULTS = {
     'none': lambda p, f, r: (p, f, np.arange(len(p))), 'seams': seams, 'noise': noise, 'slivers': slivers, 'detached': detached,
-    'flipped': flipped, 'touching': lambda p, f, r: in_parts(p, f, 1e-3), 'overlapping': lambda p, f, r: in_parts(p, f, 1e-3, 3),
-    'inside': inside, **{f'gap{g}': lambda p, f, r, g=g: in_parts(p, f, g / 100) for g in range(1, 6)},
+    'flipped': flipped, 'holes': holes, 'touching': lambda p, f, r: in_parts(p, f, 1e-3), 'overlapping': lambda p, f, r: in_parts(p, f, 1e-3, 3),
+    'inside': inside, **{f'gap{g}': lambda p, f, r, g=g: in_parts(p, f, g / 200) for g in range(1, 6)},
 }
 
 

@@ -53,7 +53,7 @@ pub struct ServeOptions {
     /// Memory that reading takes at one time: pictures decoded, trees of documents, meshes.
     #[arg(long, env = "SKETCHMATCH_MAX_READING_BYTES", default_value_t = size(http::Config::default().max_reading_bytes))]
     pub max_reading_bytes: ByteSize,
-    /// Largest mesh in triangles.
+    /// Triangles of a mesh that are matched; of up to four times as many the surface is made coarser.
     #[arg(long, env = "SKETCHMATCH_MAX_TRIANGLES", default_value_t = http::Config::default().max_triangles)]
     pub max_triangles: usize,
     /// Most eigenpairs of a spectrum that can be asked for.

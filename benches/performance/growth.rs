@@ -4,6 +4,8 @@ use std::process::Command;
 use std::{env, fs};
 
 use sketchmatch::alignment::prepared::PreparedMesh;
+use sketchmatch::mesh::formats::{Format, Limits};
+use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::Unwatched;
 
 use crate::table::{Reach, Sample, Table, cpu, timed};
@@ -15,8 +17,16 @@ pub const CHILD: &str = "--one-size";
 /// Prints CPU milliseconds of every run and the peak memory in MB.
 pub fn child(stage: &str, frequency: usize) {
     let mesh = shapes::body(frequency);
+    let file = if stage.starts_with("mending") { shapes::broken(&mesh) } else { String::new() };
+    forget_peak();
+    let mended = |triangles: usize| {
+        let limits = Limits { triangles, ..Limits::default() };
+        timed(|| import(file.as_bytes(), Format::Obj, &limits).expect("the body can be mended"))
+    };
     let sample = match stage {
         "eigenpairs" => timed(|| stages::eigenpairs(&mesh, 50)),
+        "mending" => mended(mesh.triangles().len()),
+        "mending to a quarter" => mended(mesh.triangles().len() / 4),
         _ => Sample::new(vec![{
             let begun = cpu();
             std::hint::black_box(PreparedMesh::new(&mesh, &Unwatched).expect("nobody cancels"));
@@ -27,6 +37,12 @@ pub fn child(stage: &str, frequency: usize) {
     println!("{}", peak());
 }
 
+/// Makes the memory held now the peak.
+fn forget_peak() {
+    // Where the system does not know of it the peak is that of making the mesh, if it is higher.
+    let _ = fs::write("/proc/self/clear_refs", "5");
+}
+
 /// VmHWM in MB.
 fn peak() -> f64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -34,12 +50,20 @@ fn peak() -> f64 {
     line.trim().trim_end_matches(" kB").parse::<f64>().unwrap_or(0.0) / 1024.0
 }
 
-/// Eigenpairs and preparation over the sizes, with the exponent of the line through their logarithms.
+/// The stages over the sizes, with the exponents of the lines through their logarithms.
 pub fn rows(table: &Table, vast: bool) {
     let sizes = [(shapes::SMALL, "5K"), (shapes::MIDDLE, "25K"), (shapes::HUGE, "100K"), (shapes::VAST, "400K")];
-    for (stage, name) in [("eigenpairs", "eigenpairs k = 50"), ("preparation", "preparation")] {
+    let sizes = &sizes[..if vast { 4 } else { 3 }];
+    let files = &[(shapes::LARGE, "100K triangles"), (shapes::MILLION, "1M triangles")];
+    let stages = [
+        ("eigenpairs", "eigenpairs k = 50", sizes),
+        ("preparation", "preparation", sizes),
+        ("mending", "reading and mending", files),
+        ("mending to a quarter", "reading, mending and making coarser, to a quarter", files),
+    ];
+    for (stage, name, sizes) in stages {
         let mut places = Vec::new();
-        for (frequency, size) in &sizes[..if vast { 4 } else { 3 }] {
+        for (frequency, size) in sizes {
             let program = env::current_exe().expect("a program has a path");
             let output = Command::new(program).args([CHILD, stage, &frequency.to_string()]).output();
             let text = String::from_utf8(output.expect("the child runs").stdout).expect("the child prints numbers");

@@ -17,6 +17,8 @@ pub const MIDDLE: usize = 79;
 pub const LARGE: usize = 112;
 pub const HUGE: usize = 158;
 pub const VAST: usize = 316;
+/// 8 f² triangles, just fewer than a million.
+pub const MILLION: usize = 353;
 
 /// Directions, heights and widths of the bumps: legs, head, tail. x to the left, y up, z forwards.
 const BUMPS: [([f64; 3], f64, f64); 6] = [
@@ -63,6 +65,27 @@ pub fn obj(mesh: &TriangleMesh) -> String {
     }
     for [a, b, c] in mesh.triangles().iter().map(|t| t.map(|v| v + 1)) {
         let _ = writeln!(text, "f {a} {b} {c}");
+    }
+    text
+}
+
+/// As Wavefront OBJ out of a bad exporter: of ten triangles one is on vertices of its own, and one is turned over.
+pub fn broken(mesh: &TriangleMesh) -> String {
+    let mut text = String::new();
+    for [x, y, z] in mesh.positions() {
+        let _ = writeln!(text, "v {x} {y} {z}");
+    }
+    for (t, &[a, b, c]) in mesh.triangles().iter().enumerate() {
+        let _ = match t % 10 {
+            0 => {
+                for [x, y, z] in [a, b, c].map(|v| mesh.positions()[v as usize]) {
+                    let _ = writeln!(text, "v {x} {y} {z}");
+                }
+                writeln!(text, "f -3 -2 -1")
+            }
+            5 => writeln!(text, "f {} {} {}", a + 1, c + 1, b + 1),
+            _ => writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1),
+        };
     }
     text
 }

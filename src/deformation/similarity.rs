@@ -14,10 +14,16 @@ impl Similarity {
     /// third are the weights. Where the points do not tell one, it does not turn, nor scale.
     pub fn fitted(pairs: impl Iterator<Item = ([f64; 2], [f64; 2], f64)> + Clone) -> Similarity {
         let total: f64 = pairs.clone().map(|(_, _, weight)| weight).sum();
-        let mean = |at: &dyn Fn(([f64; 2], [f64; 2], f64)) -> [f64; 2]| -> [f64; 2] {
-            std::array::from_fn(|axis| pairs.clone().map(|pair| pair.2 * at(pair)[axis]).sum::<f64>() / total)
+        let mean = |of_first: bool| -> [f64; 2] {
+            let weighted = |axis: usize| {
+                pairs
+                    .clone()
+                    .map(|(from, to, weight)| weight * if of_first { from[axis] } else { to[axis] })
+                    .sum::<f64>()
+            };
+            std::array::from_fn(|axis| weighted(axis) / total)
         };
-        let (a, b) = (mean(&|(from, _, _)| from), mean(&|(_, to, _)| to));
+        let (a, b) = (mean(true), mean(false));
         let (mut c, mut s, mut spread) = (0.0, 0.0, 0.0);
         for (x, y, weight) in pairs {
             let (x, y) = ([x[0] - a[0], x[1] - a[1]], [y[0] - b[0], y[1] - b[1]]);

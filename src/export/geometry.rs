@@ -6,6 +6,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::{Unwritten, npy};
+use crate::sketch::Line;
 
 /// The triangles of a shape: coordinates of its vertices, three of a mesh and two of a sketch, and triangles of their
 /// numbers.
@@ -18,7 +19,7 @@ pub struct Geometry<'a> {
     /// The lines drawn within a sketch, longest first, each as its points: an eye, an ear, a leg before a leg.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<Vec<Vec<f64>>>>)]
-    pub strokes: Option<Vec<Vec<[f64; 2]>>>,
+    pub strokes: Option<Vec<Line>>,
 }
 
 /// Coordinates of vertices.

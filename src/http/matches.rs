@@ -16,7 +16,7 @@ use super::page::{Listing, PageQuery};
 use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::{App, memory, resource, shapes};
+use super::{App, Config, memory, resource, shapes};
 use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
 use crate::intake::mesh::MeshMeasures;
@@ -105,8 +105,8 @@ async fn payload(
     let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let up = mesh.as_ref().and_then(known_up);
     let mesh = mesh.map(|mesh| mesh.vertices);
-    let budget = app.config.max_job_memory;
-    let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, budget, faults)).await??;
+    let config = app.config.clone();
+    let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, &config, faults)).await??;
     if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
         settings.up.mesh.get_or_insert(Direction::Along(up));
     }
@@ -136,7 +136,7 @@ fn settings(
     request: &MatchRequest,
     sketch: Option<usize>,
     mesh: Option<usize>,
-    budget: usize,
+    config: &Config,
     mut faults: Vec<Fault>,
 ) -> Result<Settings, Problem> {
     let settings = Settings::resolve(request);
@@ -144,7 +144,9 @@ fn settings(
         && let (Some(sketch), Some(mesh)) = (sketch, mesh)
     {
         faults.extend(pipeline::check(settings, sketch, mesh).into_iter().map(Fault::from));
-        faults.extend(memory::faults(settings, sketch, mesh, budget));
+        // Of more triangles the surface was made coarser, and has fewer vertices than these.
+        let matched = mesh.min(config.max_triangles);
+        faults.extend(memory::faults(settings, sketch, matched, config.max_job_memory));
     }
     match settings {
         Ok(settings) if faults.is_empty() => Ok(settings),

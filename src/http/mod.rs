@@ -7,6 +7,7 @@ mod body;
 mod connections;
 mod events;
 mod examples;
+mod front_page;
 mod geometry;
 mod health;
 mod host;
@@ -59,6 +60,7 @@ use crate::jobs;
 use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted, Unkept};
 use connections::Limits;
 use examples::Examples;
+pub use front_page::FrontPage;
 use host::Hosts;
 use origin::Origin;
 pub use preference::LONGEST_WAIT;
@@ -89,7 +91,7 @@ pub struct Config {
     pub max_uploads_bytes: usize,
     /// Bytes of memory that everything read at one time may take: what is made of bodies, as estimated beforehand.
     pub max_reading_bytes: usize,
-    /// Triangles of a mesh.
+    /// Triangles of a mesh that are matched.
     pub max_triangles: usize,
     /// Eigenpairs of a spectrum.
     pub max_eigenpairs: usize,
@@ -99,6 +101,8 @@ pub struct Config {
     pub max_queue: usize,
     /// The program whose processes read SVGs, see [`svg_reader`](crate::intake::svg_reader); where there is none they are read in this one.
     pub svg_reader: Option<PathBuf>,
+    /// What is answered at `/`.
+    pub front_page: FrontPage,
 }
 
 impl Default for Config {
@@ -118,6 +122,7 @@ impl Default for Config {
             max_job_memory: 8 << 30,
             max_queue: 1000,
             svg_reader: None,
+            front_page: FrontPage::built(),
         }
     }
 }
@@ -256,6 +261,7 @@ fn router(app: App, hosts: Hosts) -> Router {
     let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
     let (routes, document) = openapi::routes();
     routes
+        .merge(front_page::routes())
         .with_state(app)
         .merge(SwaggerUi::new("/docs").external_url_unchecked("/openapi.json", document))
         .layer(DefaultBodyLimit::disable())

@@ -5,9 +5,9 @@ use utoipa::ToSchema;
 
 use super::{Cause, Fault, Untaken, warnings};
 use crate::alignment::prepared::standing::{self, Up};
-use crate::mesh::connectivity::{Summary, summary};
-use crate::mesh::figure::Figure;
+use crate::mesh::connectivity::{Summary, components, summary};
 use crate::mesh::formats::{Format, Limits, foreign};
+use crate::mesh::parts::figures;
 use crate::mesh::refusal::{Refusal, Warning};
 use crate::mesh::validation::{Imported, import};
 
@@ -30,7 +30,10 @@ pub struct MeshMeasures {
 impl MeshMeasures {
     /// What is told of a mesh that came in this format.
     pub fn of(Imported { mesh, warnings }: &Imported, format: Format) -> MeshMeasures {
-        let up = Some(standing::up(&Figure::largest(mesh).mesh, format.up()));
+        let components = components(mesh.sound());
+        let likeliest = figures(mesh.sound(), &components).swap_remove(0);
+        let body = components.cut_out(mesh.sound(), &likeliest).mesh;
+        let up = Some(standing::up(&body, format.up()));
         MeshMeasures { summary: summary(mesh), warnings: warnings.clone(), up }
     }
 }
@@ -78,5 +81,31 @@ fn untaken(refusal: Refusal) -> Untaken {
             let faults = faults.listed.into_iter().map(|fault| Fault::at_place(fault.place.to_string(), fault.detail));
             Untaken::unacceptable(format!("the file is not a mesh that can be matched{unlisted}"), faults.collect())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::solids::star;
+
+    #[test]
+    fn up_is_judged_on_all_parts_together() {
+        // The legs by themselves, a little below the rest, which is larger and stands on nothing.
+        let body = star(0.0);
+        let is_leg = |p: [f64; 3]| p[2] < -0.1;
+        let mut text = String::new();
+        for &[x, y, z] in body.positions() {
+            text += &format!("v {x} {y} {z}\nv {x} {y} {}\n", z - 0.01);
+        }
+        for triangle in body.triangles() {
+            let below = usize::from(triangle.iter().all(|&v| is_leg(body.positions()[v as usize])));
+            let [a, b, c] = triangle.map(|v| 2 * v as usize + 1 + below);
+            text += &format!("f {a} {b} {c}\n");
+        }
+        let imported = taken(text.as_bytes(), Format::Obj, &Limits::default()).unwrap();
+        let measures = MeshMeasures::of(&imported, Format::Obj);
+        assert!(measures.summary.components > 1);
+        assert_eq!(measures.up.unwrap().direction, [0.0, 0.0, 1.0]);
     }
 }

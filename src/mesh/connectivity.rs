@@ -104,7 +104,7 @@ pub fn boundary_vertices(mesh: &TriangleMesh) -> Vec<bool> {
     on_boundary
 }
 
-/// A connected component of a mesh as a mesh of its own.
+/// A connected component of a mesh, or several, as a mesh of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
     /// Every vertex is used.
@@ -117,7 +117,7 @@ pub struct Component {
 pub fn largest_component(mesh: &TriangleMesh) -> Component {
     let components = components(mesh);
     let number = components.largest();
-    components.cut_out(mesh, number)
+    components.cut_out(mesh, &[number])
 }
 
 /// The connected components, in order of their smallest vertex.
@@ -151,9 +151,9 @@ impl Components {
         of_vertices
     }
 
-    /// A component of the mesh as a mesh of its own; vertices and triangles keep their order.
-    pub fn cut_out(&self, mesh: &TriangleMesh, number: usize) -> Component {
-        let inside = |t: &usize| self.of_triangle[*t] as usize == number;
+    /// Components of the mesh, by their ascending numbers, as a mesh of their own; vertices and triangles keep their order.
+    pub fn cut_out(&self, mesh: &TriangleMesh, numbers: &[usize]) -> Component {
+        let inside = |t: &usize| numbers.binary_search(&(self.of_triangle[*t] as usize)).is_ok();
         let triangles: Vec<[u32; 3]> = (0..mesh.triangles.len()).filter(inside).map(|t| mesh.triangles[t]).collect();
         let mut used = vec![false; mesh.positions.len()];
         triangles.iter().flatten().for_each(|&v| used[v as usize] = true);

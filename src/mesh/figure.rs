@@ -33,7 +33,7 @@ impl Figure {
 
     /// One component of the mesh.
     pub fn of_component(mesh: &FileMesh, components: &Components, number: usize) -> Figure {
-        let Component { mesh: own, vertices } = components.cut_out(mesh.sound(), number);
+        let Component { mesh: own, vertices } = components.cut_out(mesh.sound(), &[number]);
         let mut by_origin = vec![ELSEWHERE; mesh.positions().len()];
         for (own, &v) in vertices.iter().enumerate().rev() {
             by_origin[mesh.origins()[v as usize] as usize] = own as u32;

@@ -2,6 +2,7 @@
 
 pub mod connectivity;
 mod cut;
+mod decimation;
 mod disjoint_sets;
 pub(crate) mod edges;
 pub mod farthest_points;

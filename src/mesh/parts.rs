@@ -10,8 +10,8 @@ pub(super) const NEARLY_ALL: f64 = 0.97;
 /// Share of the area of the largest component from which another one may be the figure by itself.
 const SIZEABLE: f64 = 0.1;
 /// Cells along the longest side of the mesh: parts that are in one of them or in neighbours may be parts of one body, which
-/// are gaps of up to a twentieth.
-const CELLS: usize = 32;
+/// are gaps of up to an eighteenth, and some of twice as much.
+const CELLS: usize = 18;
 
 /// The sets of components, ascending, that may be the figure of a mesh, the likeliest first: where one has nearly all the
 /// area, it alone; else the one of most triangles, all that nearly touch the largest, the largest, and what is left of all

@@ -174,6 +174,8 @@ pub enum WarningCode {
     UnreferencedVertices,
     /// Mended: vertices along seams became one, which the lowest of them stands for.
     MergedVertices,
+    /// Mended: of more triangles than are matched the surface was made coarser, vertices that are left stand for the others.
+    Decimated,
     /// Lines, points or other elements of the file that are no faces were left out.
     IgnoredElements,
     /// The mesh is in several components, of which not all may be matched.

@@ -7,6 +7,9 @@ pub struct Sound {
     pub triangles: Vec<[u32; 3]>,
     /// Per vertex of the sound mesh the file's vertex that answers for it, ascending.
     pub origins: Vec<u32>,
-    /// Per vertex of the file the lowest of those that are one vertex of the sound mesh with it.
+    /// Per vertex of the file the one that answers for it: the lowest of those that are one vertex of the sound mesh with it,
+    /// and where the surface was made coarser the one it left to.
     pub merged: Vec<u32>,
+    /// Whether the surface was made coarser.
+    pub decimated: bool,
 }

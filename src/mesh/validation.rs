@@ -20,11 +20,13 @@ pub struct Imported {
 /// The mesh of a file, its vertices those of the file in their order, and what was mended for it, each kind with its
 /// places.
 ///
+/// What has more triangles than are matched is made coarser, where it can be.
+///
 /// Refused: what exceeds the limits, what cannot be read, faces of vertices that are nowhere, and what leaves no surface to
 /// match; every reason with its vertex, face and line.
 pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported, Refusal> {
     limits.admit_bytes(bytes.len())?;
-    let mut polygons = formats::read(bytes, format, limits)?;
+    let mut polygons = formats::read(bytes, format, &limits.of_reading(bytes.len()))?;
     let mut faults = mem::take(&mut polygons.faults);
     for (count, unit) in [(polygons.positions.len(), "vertices"), (polygons.faces().len(), "faces")] {
         if count == 0 {
@@ -35,9 +37,15 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
     faults.into_result()?;
     let mut told = warnings::of_file(&polygons, &cut);
     let (mesh, mends) = FileMesh::of(polygons.positions.clone(), cut.triangles.clone());
-    let mesh = mesh.ok_or_else(|| nothing_left(&polygons, &cut, &mends))?;
+    let mut mesh = mesh.ok_or_else(|| nothing_left(&polygons, &cut, &mends))?;
     told.extend(warnings::of_mends(&polygons, &cut, &mends, &mesh));
     told.extend(warnings::of_unreferenced(&polygons, &cut.triangles));
+    let found = mesh.sound().triangles().len();
+    if found > limits.triangles {
+        let too_large = Refusal::TooLarge { unit: "triangles", found: found as u64, limit: limits.triangles as u64 };
+        mesh = mesh.decimated(limits.triangles).ok_or(too_large)?;
+        told.push(warnings::of_decimation(found, &mesh));
+    }
     told.extend(warnings::of_components(&mesh));
     Ok(Imported { mesh, warnings: told })
 }
@@ -408,6 +416,41 @@ mod tests {
         let limits = Limits { bytes: 10, ..Limits::default() };
         let refusal = import(CUBE.as_bytes(), Format::Obj, &limits).unwrap_err();
         assert_eq!(refusal, Refusal::TooLarge { unit: "bytes", found: CUBE.len() as u64, limit: 10 });
+    }
+
+    /// A sheet of n × n squares as a file.
+    fn sheet(n: usize) -> String {
+        let corners = (0..=n).flat_map(|y| (0..=n).map(move |x| format!("v {x} {y} 0\n")));
+        let squares = (0..n).flat_map(|y| (1..=n).map(move |x| y * (n + 1) + x));
+        let faces = squares.map(|v| format!("f {v} {} {} {}\n", v + 1, v + n + 2, v + n + 1));
+        corners.chain(faces).collect()
+    }
+
+    #[test]
+    fn of_more_triangles_than_are_matched_the_surface_is_made_coarser() {
+        let limits = Limits { triangles: 200, ..Limits::default() };
+        let coarser = import(sheet(20).as_bytes(), Format::Obj, &limits).unwrap();
+        assert_eq!(codes(&coarser), [WarningCode::Decimated]);
+        assert!(coarser.warnings[0].detail.contains("of 800 triangles"), "{:?}", coarser.warnings);
+        let mesh = &coarser.mesh;
+        assert!(mesh.sound().triangles().len() <= 200 && mesh.triangles().len() == 800);
+        assert!((mesh.sound().area() - 400.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn refuses_what_is_too_much_to_be_made_coarser() {
+        let limits = Limits { triangles: 100, ..Limits::default() };
+        let refused = |text: &str| import(text.as_bytes(), Format::Obj, &limits).unwrap_err();
+        // More than four times what is matched.
+        assert_eq!(refused(&sheet(20)), Refusal::TooLarge { unit: "triangles", found: 402, limit: 400 });
+        // Triangles by themselves.
+        let alone = |i| format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nf -1 -2 -3\n");
+        let alone: String = (0..150).map(alone).collect();
+        assert_eq!(refused(&alone), Refusal::TooLarge { unit: "triangles", found: 150, limit: 100 });
+        // More than a file of its length could have but by repeating itself.
+        let face = format!("f {}\n", "1 2 3 ".repeat(20));
+        let repeating = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{face}{face}");
+        assert_eq!(refused(&repeating), Refusal::TooLarge { unit: "triangles", found: 116, limit: 100 });
     }
 
     const FORMATS: [Format; 6] = [Format::Obj, Format::Off, Format::Ply, Format::Stl, Format::Glb, Format::Gltf];

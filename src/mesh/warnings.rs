@@ -110,6 +110,16 @@ pub(super) fn of_unreferenced(polygons: &Polygons, triangles: &[[u32; 3]]) -> Op
     (!vertices.is_empty()).then(|| Warning::new(WarningCode::UnreferencedVertices, detail, places))
 }
 
+/// The warning of a mesh that had more triangles than are matched.
+pub(super) fn of_decimation(before: usize, mesh: &FileMesh) -> Warning {
+    let after = mesh.sound().triangles().len();
+    let detail = format!(
+        "the surface of {before} triangles is made coarser, {after} are matched: vertices that are left answer for those \
+         near them"
+    );
+    Warning::new(WarningCode::Decimated, detail, [])
+}
+
 /// The warnings of a mesh in several pieces.
 pub(super) fn of_components(mesh: &FileMesh) -> Vec<Warning> {
     let components = connectivity::components(mesh.sound()).list;

@@ -128,12 +128,16 @@ fn given(sketch: &[i32], mesh: &[i32], file: &FileMesh, figure: &Figure) -> Resu
 }
 
 /// Per vertex of the file its label, that of the lowest vertex being the one of all that are one with it; those in no region
-/// have no say.
+/// have no say. Where the surface was made coarser the label of a vertex that is left is its own, since borders of regions
+/// run between those that left to it.
 ///
 /// # Errors
 /// Every vertex that has another label than one before it that is one with it.
 pub(super) fn labels_of_vertices(labels: &[i32], file: &FileMesh) -> Result<Vec<i32>, Vec<Fault>> {
     let mut of_lowest = labels.to_vec();
+    if file.is_decimated() {
+        return Ok(of_lowest);
+    }
     let mut faults = Vec::new();
     for (v, (&label, &lowest)) in labels.iter().zip(file.merged()).enumerate() {
         let known = &mut of_lowest[lowest as usize];

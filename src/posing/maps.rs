@@ -214,7 +214,9 @@ mod tests {
     /// A sheet of 1.41 by 0.71, its corner at the origin, drawn with y as told.
     fn sketch(y_axis: YAxis) -> Sketch {
         let mesh = sheet(8, 4);
-        let flip = |[x, y, z]: [f64; 3]| if y_axis == YAxis::Down { [x, y - 0.7071067811865476, z] } else { [x, y, z] };
+        let flip = |[x, y, z]: [f64; 3]| {
+            if y_axis == YAxis::Down { [x, y - std::f64::consts::FRAC_1_SQRT_2, z] } else { [x, y, z] }
+        };
         let positions = mesh.positions().iter().map(|&p| flip(p)).collect();
         Sketch::new(TriangleMesh::new(positions, mesh.triangles().to_vec()).unwrap(), y_axis).unwrap()
     }

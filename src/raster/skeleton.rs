@@ -46,11 +46,7 @@ fn wears_off(picture: &Bitmap, at: [usize; 2], side: usize) -> bool {
     let set = around.iter().filter(|&&set| set).count();
     let rises = (0..8).filter(|&k| !around[k] && around[(k + 1) % 8]).count();
     let [north, _, east, _, south, _, west, _] = around;
-    let is_of_side = if side == 0 {
-        !(north && east && south) && !(east && south && west)
-    } else {
-        !(north && east && west) && !(north && south && west)
-    };
+    let is_of_side = if side == 0 { !(east && south && (north || west)) } else { !(north && west && (east || south)) };
     (2..=6).contains(&set) && rises == 1 && is_of_side
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Refusal, Sketch, YAxis};
+use super::{Line, Refusal, Sketch, YAxis};
 use crate::mesh::TriangleMesh;
 
 /// The parts of a sketch: its vertices, y up, its triangles, the direction of y in its upload, and the lines within it.
@@ -11,7 +11,7 @@ pub(super) struct Parts {
     vertices: Vec<[f64; 2]>,
     triangles: Vec<[u32; 3]>,
     y_axis: YAxis,
-    strokes: Vec<Vec<[f64; 2]>>,
+    strokes: Vec<Line>,
 }
 
 impl From<Sketch> for Parts {

@@ -75,6 +75,9 @@ impl YAxis {
     }
 }
 
+/// A line as its points, from end to end.
+pub type Line = Vec<[f64; 2]>;
+
 /// A triangulated figure in the plane: z = 0, y up, triangles counter-clockwise, one component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "exchange::Parts", try_from = "exchange::Parts")]
@@ -82,7 +85,7 @@ pub struct Sketch {
     mesh: TriangleMesh,
     y_axis: YAxis,
     /// Lines within the figure, y up.
-    strokes: Vec<Vec<[f64; 2]>>,
+    strokes: Vec<Line>,
 }
 
 /// A sketch made of an upload, and what was mended or left out on the way.
@@ -135,7 +138,7 @@ impl Sketch {
     }
 
     /// The sketch with lines within the figure, y up.
-    pub fn with_strokes(self, strokes: Vec<Vec<[f64; 2]>>) -> Self {
+    pub fn with_strokes(self, strokes: Vec<Line>) -> Self {
         Self { strokes, ..self }
     }
 
@@ -149,12 +152,12 @@ impl Sketch {
     }
 
     /// The lines drawn within the figure, y up: an eye, an ear, a leg before a leg; those of spots have one point.
-    pub fn strokes(&self) -> &[Vec<[f64; 2]>] {
+    pub fn strokes(&self) -> &[Line] {
         &self.strokes
     }
 
     /// Those lines in the coordinates of the upload.
-    pub fn drawn_strokes(&self) -> Vec<Vec<[f64; 2]>> {
+    pub fn drawn_strokes(&self) -> Vec<Line> {
         self.strokes.iter().map(|line| line.iter().map(|&point| self.y_axis.flipped(point)).collect()).collect()
     }
 
@@ -249,7 +252,7 @@ fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Con
     warnings.extend(reading.warnings(&canvas, wanted.figure));
     let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
     warnings.extend(given_up);
-    let up = |line: Vec<[f64; 2]>| line.into_iter().map(|point| YAxis::Down.flipped(point)).collect();
+    let up = |line: Line| line.into_iter().map(|point| YAxis::Down.flipped(point)).collect();
     let strokes = strokes.into_iter().map(up).collect();
     Ok(Imported { sketch: sketch.with_strokes(strokes), warnings, figures })
 }

@@ -26,7 +26,10 @@ pub fn stiffness(mesh: &TriangleMesh) -> CsMat<f64> {
 /// (eq. 2.9 with the squared edge length).
 pub fn mass(mesh: &TriangleMesh, lumping: Lumping) -> Vec<f64> {
     let shares = |t: usize| match lumping {
-        Lumping::Mixed => mixed_shares(mesh, mesh.triangles()[t]),
+        Lumping::Mixed => {
+            let triangle = mesh.triangles()[t];
+            mixed_shares(triangle_area(mesh, triangle), squared_sides(mesh, triangle), cotangents(mesh, triangle))
+        }
         Lumping::Barycentric => [triangle_area(mesh, mesh.triangles()[t]) / 3.0; 3],
     };
     summed(mesh.positions().len(), mesh.triangles(), shares)
@@ -41,17 +44,24 @@ pub(super) struct Triangles {
 }
 
 impl Triangles {
-    /// The stiffness and the diagonal of the mass, as [`stiffness`] and [`mass`], on `n` vertices; a third of each area to
-    /// every corner.
-    pub fn operator(&self, n: usize) -> (CsMat<f64>, Vec<f64>) {
-        let cotangents = |t: usize| {
-            // Side i begins at corner i: the angle at a corner is opposite the side that begins at the next one.
-            let [c, a, b] = self.lengths[t];
-            let area = doubled_area_of_sides([a, b, c]);
-            [[a, b, c], [b, c, a], [c, a, b]].map(|[a, b, c]| (b * b + c * c - a * a) / (2.0 * area))
+    /// The stiffness and the diagonal of the mass, as [`stiffness`] and [`mass`], on `n` vertices.
+    pub fn operator(&self, n: usize, lumping: Lumping) -> (CsMat<f64>, Vec<f64>) {
+        let shares = |t: usize| {
+            let area = doubled_area_of_sides(self.lengths[t]) / 2.0;
+            match lumping {
+                Lumping::Mixed => mixed_shares(area, self.lengths[t].map(|l| l * l), self.cotangents(t)),
+                Lumping::Barycentric => [area / 3.0; 3],
+            }
         };
-        let shares = |t: usize| [doubled_area_of_sides(self.lengths[t]) / 6.0; 3];
-        (assembled(n, &self.corners, cotangents), summed(n, &self.corners, shares))
+        (assembled(n, &self.corners, |t| self.cotangents(t)), summed(n, &self.corners, shares))
+    }
+
+    /// The cotangents of the angles at the corners.
+    fn cotangents(&self, t: usize) -> [f64; 3] {
+        // Side i begins at corner i: the angle at a corner is opposite the side that begins at the next one.
+        let [c, a, b] = self.lengths[t];
+        let area = doubled_area_of_sides([a, b, c]);
+        [[a, b, c], [b, c, a], [c, a, b]].map(|[a, b, c]| (b * b + c * c - a * a) / (2.0 * area))
     }
 }
 
@@ -123,19 +133,22 @@ fn cotangents(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
     })
 }
 
-fn mixed_shares(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
-    let area = triangle_area(mesh, triangle);
-    let cotangents = cotangents(mesh, triangle);
+/// The squared lengths of the sides, the first from the first corner to the second.
+fn squared_sides(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
+    let [a, b, c] = corners(mesh, triangle);
+    [[a, b], [b, c], [c, a]].map(|[from, to]| {
+        let side = subtract(to, from);
+        dot(side, side)
+    })
+}
+
+/// What the corners of a triangle have of its area; squared sides as [`squared_sides`] has them.
+fn mixed_shares(area: f64, squared: [f64; 3], cotangents: [f64; 3]) -> [f64; 3] {
     if let Some(obtuse) = cotangents.iter().position(|&c| c < 0.0) {
         return std::array::from_fn(|c| if c == obtuse { area / 2.0 } else { area / 4.0 });
     }
-    let p = corners(mesh, triangle);
-    let squared = |a: usize, b: usize| {
-        let edge = subtract(p[b], p[a]);
-        dot(edge, edge)
-    };
     std::array::from_fn(|c| {
         let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-        (squared(c, next) * cotangents[last] + squared(c, last) * cotangents[next]) / 8.0
+        (squared[c] * cotangents[last] + squared[last] * cotangents[next]) / 8.0
     })
 }

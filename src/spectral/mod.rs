@@ -14,7 +14,7 @@ use crate::numerics::block_lanczos::{self, EigenError, Eigenpairs};
 use laplacian::Lumping;
 
 /// Raised with every change that alters a spectrum: part of the key under which spectra are cached.
-pub const SOLVER_VERSION: u32 = 3;
+pub const SOLVER_VERSION: u32 = 4;
 
 /// The numbers of eigenpairs that are computed, whatever fewer are asked for.
 ///
@@ -111,8 +111,7 @@ pub fn spectrum(
     spectrum_with(mesh, Lumping::Mixed, rung(k).min(most), boundary, watch)
 }
 
-/// Exactly the first k eigenpairs, with the lumping as told, or with a barycentric one where triangles are so thin that the
-/// surface is triangulated anew for its operator.
+/// Exactly the first k eigenpairs, with the lumping as told.
 ///
 /// # Errors
 /// As [`spectrum`].
@@ -123,10 +122,9 @@ pub fn spectrum_with(
     boundary: Boundary,
     watch: &dyn Watch,
 ) -> Result<Spectrum, SpectralError> {
-    let (stiffness, mass) = if intrinsic::is_thin(mesh) {
-        intrinsic::delaunay(mesh).operator(mesh.positions().len())
-    } else {
-        (laplacian::stiffness(mesh), laplacian::mass(mesh, lumping))
+    let (stiffness, mass) = match intrinsic::without_thin(mesh) {
+        Some(triangles) => triangles.operator(mesh.positions().len(), lumping),
+        None => (laplacian::stiffness(mesh), laplacian::mass(mesh, lumping)),
     };
     if !mass.iter().all(|&m| m > 0.0 && m.is_finite()) || !stiffness.data().iter().all(|s| s.is_finite()) {
         return Err(SpectralError::NoMass);

@@ -7,7 +7,7 @@ use super::{Kind, StoreError};
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::sound::Sound;
-use crate::sketch::{Sketch, YAxis};
+use crate::sketch::{Line, Sketch, YAxis};
 
 /// A geometry as it is stored.
 pub(super) struct Encoded {
@@ -45,15 +45,18 @@ const LENGTHS: &str = "stroke_lengths";
 const SOUND: &str = "sound_triangles";
 const ORIGINS: &str = "sound_origins";
 const MERGED: &str = "merged";
+/// One number, 0 or 1; blobs of before it was told have none.
+const DECIMATED: &str = "decimated";
 
 pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
     let (positions, triangles) = (mesh.positions(), mesh.triangles());
     let mut arrays = of_triangles(positions, triangles);
     let mends = mesh.mends();
-    if let Some(Sound { triangles, origins, merged }) = &mends {
+    if let Some(Sound { triangles, origins, merged, decimated }) = &mends {
         arrays.push(Array::of_u32(SOUND, vec![triangles.len(), 3], triangles.iter().flatten().copied()));
         arrays.push(Array::of_u32(ORIGINS, vec![origins.len(), 1], origins.iter().copied()));
         arrays.push(Array::of_u32(MERGED, vec![merged.len(), 1], merged.iter().copied()));
+        arrays.push(Array::of_u32(DECIMATED, vec![1, 1], std::iter::once(u32::from(*decimated))));
     }
     let (vertices, triangles) = (positions.len(), triangles.len());
     let (name, bytes) = encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)?;
@@ -112,7 +115,8 @@ fn mends(bytes: &[u8]) -> Result<Option<Sound>, SafeTensorError> {
     }
     let triangle = |i| [0, 1, 2].map(|j| u32::from_le_bytes(triangles.at(i, j)));
     let triangles = (0..triangles.rows).map(triangle).collect();
-    Ok(Some(Sound { triangles, origins: numbers(ORIGINS)?, merged: numbers(MERGED)? }))
+    let decimated = file.tensor(DECIMATED).is_ok() && numbers(DECIMATED)? == [1];
+    Ok(Some(Sound { triangles, origins: numbers(ORIGINS)?, merged: numbers(MERGED)?, decimated }))
 }
 
 /// The sketch in the blob of this name.
@@ -131,7 +135,7 @@ pub(super) fn sketch(geometry: &str, bytes: &[u8]) -> Result<Sketch, String> {
 }
 
 /// The lines within a sketch; none where a blob has none.
-fn strokes(bytes: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, SafeTensorError> {
+fn strokes(bytes: &[u8]) -> Result<Vec<Line>, SafeTensorError> {
     let file = SafeTensors::deserialize(bytes)?;
     if file.tensor(STROKES).is_err() {
         return Ok(Vec::new());

@@ -8,6 +8,7 @@ mod damage;
 mod determinism;
 mod drawings;
 mod examples;
+mod front_page;
 mod hang_ups;
 mod headers;
 mod hostile_drawings;

@@ -40,7 +40,7 @@ impl Up {
     }
 }
 
-/// The up of a connected mesh whose every vertex has a triangle, `agreed` being what the format of its file says.
+/// The up of a body, in one part or several, whose every vertex has a triangle, `agreed` being what the format of its file says.
 pub fn up(mesh: &TriangleMesh, agreed: Option<[f64; 3]>) -> Up {
     let area = mesh.area();
     let masses: Vec<f64> = mass(mesh, Lumping::Barycentric).iter().map(|a| a / area).collect();

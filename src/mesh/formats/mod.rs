@@ -17,7 +17,7 @@ use super::refusal::{Faults, Place, Refusal};
 /// What is accepted at most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Triangles after polygons are cut. Vertices are limited to three for each of them.
+    /// Triangles that are matched, after polygons are cut. Vertices are limited to three for each of them.
     pub triangles: usize,
     /// Bytes of the file.
     pub bytes: usize,
@@ -30,7 +30,19 @@ impl Default for Limits {
     }
 }
 
+/// A file may hold so many times the triangles that are matched.
+const TIMES: usize = 4;
+/// Bytes a triangle takes at least in a file that holds more than are matched; the tersest formats take about 12. So the memory
+/// for reading stays in proportion to the file, whatever it repeats.
+const BYTES_OF_TRIANGLE: usize = 8;
+
 impl Limits {
+    /// What is read of a file of so many bytes: more triangles than are matched, which leaves them to be made fewer.
+    pub(super) fn of_reading(self, bytes: usize) -> Limits {
+        let more = (bytes / BYTES_OF_TRIANGLE).min(self.triangles.saturating_mul(TIMES));
+        Limits { triangles: self.triangles.max(more), ..self }
+    }
+
     pub(super) fn admit_bytes(&self, found: usize) -> Result<(), Refusal> {
         admit("bytes", found, self.bytes)
     }

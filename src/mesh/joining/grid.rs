@@ -114,10 +114,32 @@ impl Grid {
         offsets.map(move |[x, y, z]| cell.wrapping_add_signed((z * ny + y) * nx + x))
     }
 
+    /// The squared distance of two cells.
+    pub fn squared_distance(&self, [a, b]: [usize; 2]) -> usize {
+        let (a, b) = (self.coordinates(a), self.coordinates(b));
+        (0..3).map(|i| a[i].abs_diff(b[i]).pow(2)).sum()
+    }
+
+    /// Calls `visit` with the cells on the straight way between two, some of them several times.
+    pub fn between(&self, [a, b]: [usize; 2], mut visit: impl FnMut(usize)) {
+        let (a, b) = (self.coordinates(a), self.coordinates(b));
+        let steps = 2 * (0..3).map(|i| a[i].abs_diff(b[i])).max().unwrap_or(0);
+        for step in 0..=steps {
+            // Half a cell at a step, rounded.
+            let [x, y, z] = [0, 1, 2].map(|i: usize| (a[i] * (steps - step) + b[i] * step + steps / 2) / steps.max(1));
+            visit((z * self.sizes[1] + y) * self.sizes[0] + x);
+        }
+    }
+
+    fn coordinates(&self, cell: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.sizes;
+        [cell % nx, cell / nx % ny, cell / (nx * ny)]
+    }
+
     /// The cells that share a side with a cell.
-    fn beside(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
+    pub fn beside(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
         let [nx, ny, nz] = self.sizes;
-        let (x, y, z) = (cell % nx, cell / nx % ny, cell / (nx * ny));
+        let [x, y, z] = self.coordinates(cell);
         let steps = [(x > 0, -1), (x + 1 < nx, 1), (y > 0, -(nx as isize)), (y + 1 < ny, nx as isize)];
         let slice = (nx * ny) as isize;
         let steps = steps.into_iter().chain([(z > 0, -slice), (z + 1 < nz, slice)]);

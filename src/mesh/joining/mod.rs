@@ -1,5 +1,6 @@
 //! Parts of a body made one surface: everything that is closed in by them, as a grid sees it.
 
+mod bridges;
 pub(super) mod grid;
 
 use fast_surface_nets::ndshape::RuntimeShape;
@@ -10,11 +11,13 @@ use super::connectivity::largest_component;
 use super::mending::mended;
 use crate::numerics::distance_transform::squared_distances;
 use crate::numerics::{Cancelled, Watch};
+use bridges::{EMPTY, bridges};
 use grid::Grid;
 
 /// Cells along the longest side: arms and legs are several cells thick.
 const CELLS: usize = 128;
-/// Gaps and holes of up to twice these widths, in cells, are closed; the first with which the parts hang together is taken.
+/// Gaps and holes of up to twice these widths, in cells, are closed; the first with which the parts hang together is taken, after
+/// gaps that are wider are bridged.
 const CLOSED: [f32; 3] = [1.5, 2.5, 3.5];
 /// Rounds in which the steps of the grid are smoothed.
 const ROUNDS: usize = 3;
@@ -35,12 +38,14 @@ pub(super) fn joined(
     if !grid.can_hold(triangles.iter().map(corners)) {
         return Ok(None);
     }
-    let mut is_surface = vec![false; grid.cells()];
+    let mut part_in = vec![EMPTY; grid.cells()];
     let mut seeds: Vec<(u32, usize)> = Vec::new();
     for (triangle, &part) in triangles.iter().zip(parts) {
         let mut first = None;
         grid.cross(corners(triangle), |cell| {
-            is_surface[cell] = true;
+            if part_in[cell] == EMPTY {
+                part_in[cell] = part;
+            }
             first.get_or_insert(cell);
         });
         seeds.extend(first.map(|cell| (part, cell)));
@@ -48,18 +53,52 @@ pub(super) fn joined(
     seeds.sort_unstable();
     seeds.dedup_by_key(|(part, _)| *part);
     watch.proceed(0.0)?;
-    let from_surface = squared_distances(&is_surface, grid.sizes);
+    let mut body = Body { is_surface: part_in.iter().map(|&part| part != EMPTY).collect(), seeds, grid };
+    let Closed { depths, together } = body.closed(CLOSED[0]);
+    if together {
+        return Ok(surface(&body.grid, &depths));
+    }
+    let count = parts.iter().max().map_or(0, |&last| last as usize + 1);
+    for cell in bridges(&body.grid, &part_in, count) {
+        body.is_surface[cell] = true;
+    }
     for (i, closed) in CLOSED.into_iter().enumerate() {
         watch.proceed((i + 1) as f64 / (CLOSED.len() + 1) as f64)?;
-        let is_outside = grid.reached_from_the_border(|cell| from_surface[cell] > closed * closed);
-        let from_outside = squared_distances(&is_outside, grid.sizes);
-        let depths: Vec<f32> = from_outside.into_iter().map(|squared| closed - squared.sqrt()).collect();
-        let together = grid.hang_together(|cell| depths[cell] < 0.0, seeds.iter().map(|&(_, cell)| cell));
+        let Closed { depths, together } = body.closed(closed);
         if together || i + 1 == CLOSED.len() {
-            return Ok(surface(&grid, &depths));
+            return Ok(surface(&body.grid, &depths));
         }
     }
     Ok(None)
+}
+
+/// A body as a grid sees it.
+struct Body {
+    grid: Grid,
+    /// Flags of the cells that its surface passes through.
+    is_surface: Vec<bool>,
+    /// A cell of each part.
+    seeds: Vec<(u32, usize)>,
+}
+
+/// Everything closed in by a body.
+struct Closed {
+    /// Per cell how far outside it is, about, in cells; less than 0 inside.
+    depths: Vec<f32>,
+    /// Whether all parts hang together.
+    together: bool,
+}
+
+impl Body {
+    /// What cannot be reached from outside through gaps of up to twice this width, in cells.
+    fn closed(&self, width: f32) -> Closed {
+        let from_surface = squared_distances(&self.is_surface, self.grid.sizes);
+        let is_outside = self.grid.reached_from_the_border(|cell| from_surface[cell] > width * width);
+        let from_outside = squared_distances(&is_outside, self.grid.sizes);
+        let depths: Vec<f32> = from_outside.into_iter().map(|squared| width - squared.sqrt()).collect();
+        let together = self.grid.hang_together(|cell| depths[cell] < 0.0, self.seeds.iter().map(|&(_, cell)| cell));
+        Closed { depths, together }
+    }
 }
 
 /// The largest connected surface where `depths` changes its sign.
@@ -125,6 +164,17 @@ mod tests {
             let whole = 6.0 + 4.0 * 0.6 * (1.0 + gap.min(0.0));
             assert!((mesh.area() / whole - 1.0).abs() < 0.08, "{gap}: {} for {whole}", mesh.area());
         }
+    }
+
+    #[test]
+    fn wide_gaps_are_bridged_where_they_are_narrowest() {
+        // Two legs below a trunk, more than a twentieth of the height from it, and a tenth from each other.
+        let leg = |x: f64| ([x, 0.0, 0.0], [0.15, 0.2, 0.5]);
+        let mesh = together(&[leg(0.0), leg(0.25), ([0.0, 0.0, 0.56], [0.4, 0.2, 0.5])]);
+        assert_eq!(Edges::of(mesh.triangles()).boundary().count(), 0);
+        let trunk = 2.0 * (0.4 * 0.2 + 0.4 * 0.5 + 0.2 * 0.5) - 2.0 * 0.15 * 0.2;
+        let legs = 2.0 * (2.0 * (0.15 + 0.2) * 0.56 + 0.15 * 0.2);
+        assert!((mesh.area() / (trunk + legs) - 1.0).abs() < 0.1, "{} for {}", mesh.area(), trunk + legs);
     }
 
     #[test]

@@ -146,7 +146,7 @@ fn surface(
             mends.flipped = (0..flipped.len()).filter(|&t| flipped[t]).map(|t| rest.numbers[t]).collect();
             let merged = merged(&rest.triangles, &triangles, &origins, places);
             triangles.iter_mut().zip(flipped).filter(|(_, flip)| *flip).for_each(|(t, _)| t.swap(1, 2));
-            return Some(Sound { triangles, origins, merged });
+            return Some(Sound { triangles, origins, merged, decimated: false });
         }
         let named = |h: &HalfEdge| edges::ends(&rest.triangles, *h);
         mends.crowded.extend(ambiguous.iter().map(|at_edge| named(&at_edge[0])));

@@ -24,6 +24,7 @@ use ground::Ground;
 use ink::{Drawn, Ink};
 use sheet::Sheet;
 
+use super::Line;
 use super::SeenFigure;
 use super::outline::Drawing;
 use super::refusal::{Fault, Refusal, Warning};
@@ -134,12 +135,7 @@ impl Reading {
     ///
     /// # Errors
     /// A contour of more than `max_points` points.
-    pub fn drawing(
-        &self,
-        canvas: &Canvas,
-        figure: usize,
-        max_points: usize,
-    ) -> Result<(Drawing, Vec<Vec<[f64; 2]>>), Refusal> {
+    pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<(Drawing, Vec<Line>), Refusal> {
         let area = &self.figures[figure].area;
         let depth = strokes::outline_depth(area, &self.dark);
         let lines = strokes::within(area, &self.dark, depth);

@@ -8,6 +8,7 @@ use crate::raster::distance::squared;
 use crate::raster::neighbourhood::{dilated, eroded, opened};
 use crate::raster::pieces::Pieces;
 use crate::raster::skeleton::middle_lines;
+use crate::sketch::Line;
 
 /// Half the width of the widest inner line, in parts of the figure's longer side; what is wider is a patch of colour.
 const HALF_WIDEST: f64 = 0.03;
@@ -59,7 +60,7 @@ pub(super) fn within(area: &Bitmap, dark: &Bitmap, depth: f64) -> Vec<Vec<[usize
 }
 
 /// Lines with as few points as show them, in the coordinates of the upload.
-pub(super) fn placed(canvas: &Canvas, lines: &[Vec<[usize; 2]>]) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn placed(canvas: &Canvas, lines: &[Vec<[usize; 2]>]) -> Vec<Line> {
     let middle = |&[x, y]: &[usize; 2]| [x as f64 + 0.5, y as f64 + 0.5];
     let placed = |point: [f64; 2]| canvas.upload_point(point.map(|x| x - FRAME as f64));
     let line = |line: &Vec<[usize; 2]>| simplified(&line.iter().map(middle).collect::<Vec<_>>());

@@ -6,7 +6,7 @@ use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use gltf::buffer::Source;
 use gltf::json::Root;
 use gltf::{Document, Glb};
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::refusal;
 use crate::mesh::refusal::Refusal;
@@ -67,6 +67,9 @@ impl Container {
             return Err(refusal("it is no binary gltf file"));
         }
         admit_json(word(12))?;
+        if word(4) == 1 {
+            return Err(of_version_1());
+        }
         // What follows the length that the header states is none of the file.
         let glb = Glb::from_slice(&bytes[..bytes.len().min(word(8))]).map_err(|error| unreadable(&error))?;
         let document = document(&glb.json)?;
@@ -118,10 +121,21 @@ fn outside() -> Refusal {
     )
 }
 
+fn of_version_1() -> Refusal {
+    refusal("this is glTF 1.0: bring it to 2.0, for example with `npx gltf-pipeline@2 -i old.gltf -o new.glb`")
+}
+
 /// The document of a JSON.
 fn document(json: &[u8]) -> Result<Document, Refusal> {
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
-    let mut root = Root::from_slice(json).map_err(|error| unreadable(&error))?;
+    let mut members: Map<String, Value> = serde_json::from_slice(json).map_err(|error| unreadable(&error))?;
+    // Of version 1.0 all lists are objects.
+    if members.get("meshes").is_some_and(Value::is_object) {
+        return Err(of_version_1());
+    }
+    // Nobody here reads them, so nothing in them is a reason against a file.
+    members.remove("animations");
+    let mut root: Root = serde_json::from_value(members.into()).map_err(|error| unreadable(&error))?;
     root.extensions_required.retain(|name| !KNOWN.iter().any(|known| name.starts_with(known)));
     if let Some(name) = root.extensions_required.first() {
         return Err(match COMPRESSED.iter().find(|(compressed, _)| name == compressed) {

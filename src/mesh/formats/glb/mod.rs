@@ -145,7 +145,7 @@ impl Read<'_> {
             return Err(here(format!("index {index} is out of range: there are {vertices} vertices")));
         }
         let mirrored = determinant(transform) < 0.0 || bones.is_some_and(Bones::mirror);
-        for [a, b, c] in triangles(&indices).map_err(here)? {
+        for [a, b, c] in triangles(&indices) {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
             self.polygons.push_face(corners.map(|v| (first + v as usize) as i64), None)?;
         }
@@ -153,23 +153,21 @@ impl Read<'_> {
     }
 }
 
-fn triangles_of_list(indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
-    match indices.as_chunks() {
-        (triangles, []) => Ok(triangles.to_vec()),
-        _ => Err(format!("{} indices are no whole number of triangles", indices.len())),
-    }
+fn triangles_of_list(indices: &[u32]) -> Vec<[u32; 3]> {
+    // What is over is no triangle, and passed over by what draws them.
+    indices.as_chunks().0.to_vec()
 }
 
 /// Triangles that name a vertex twice only join the parts of a strip.
-fn triangles_of_strip(indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
+fn triangles_of_strip(indices: &[u32]) -> Vec<[u32; 3]> {
     let triangles = indices.windows(3).enumerate();
     let triangles = triangles.map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] });
-    Ok(triangles.filter(|[a, b, c]| a != b && b != c && c != a).collect())
+    triangles.filter(|[a, b, c]| a != b && b != c && c != a).collect()
 }
 
-fn triangles_of_fan(indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
-    let Some((&centre, rim)) = indices.split_first() else { return Ok(Vec::new()) };
-    Ok(rim.windows(2).map(|w| [centre, w[0], w[1]]).collect())
+fn triangles_of_fan(indices: &[u32]) -> Vec<[u32; 3]> {
+    let Some((&centre, rim)) = indices.split_first() else { return Vec::new() };
+    rim.windows(2).map(|w| [centre, w[0], w[1]]).collect()
 }
 
 #[cfg(test)]
@@ -224,12 +222,32 @@ mod tests {
     #[test]
     fn reads_lists_strips_and_fans() {
         let list: &[u16] = &[0, 1, 2, 4, 2, 3];
-        for (mode, indices) in [(4, list), (5, &[1, 2, 4, 3]), (5, &[1, 1, 1, 2, 4, 3]), (6, &[4, 1, 2, 3])] {
+        let over: &[u16] = &[0, 1, 2, 4, 2, 3, 1, 2];
+        for (mode, indices) in [(4, list), (4, over), (5, &[1, 2, 4, 3]), (5, &[1, 1, 1, 2, 4, 3]), (6, &[4, 1, 2, 3])]
+        {
             let (json, data) = square(mode, indices, json!([{"mesh": 0}]));
             let polygons = reread(&json, &data).unwrap();
             assert_eq!(polygons.positions.len(), 5);
             let area: f64 = faces(&polygons).iter().map(|f| signed_area(&polygons.positions, f)).sum();
             assert_eq!((polygons.faces().len(), area), (2, 1.0), "{mode} {indices:?}");
+        }
+    }
+
+    #[test]
+    fn what_nobody_reads_is_no_reason_against_a_file() {
+        let (mut json, data) = square(4, &[0, 1, 2], json!([{"mesh": 0}]));
+        json["animations"] = json!([{"channels": 3, "samplers": [{"interpolation": 0}]}]);
+        assert_eq!(reread(&json, &data).unwrap().faces().len(), 1);
+    }
+
+    #[test]
+    fn the_version_before_is_named() {
+        let old = br#"{"asset": {"version": "1.0"}, "accessors": {}, "meshes": {"a": {"primitives": []}}}"#;
+        let mut binary = glb(&json!({}), b"");
+        binary[4] = 1;
+        for (bytes, format) in [(&old[..], Format::Gltf), (&binary, Format::Glb)] {
+            let refusal = read(bytes, format, &Limits::default()).unwrap_err().to_string();
+            assert!(refusal.contains("glTF 1.0"), "{refusal}");
         }
     }
 

@@ -1,0 +1,19 @@
+import { defineConfig } from "@playwright/test";
+
+/** The tests of the page, against the program with the page built into it. */
+export default defineConfig({
+  testDir: "tests",
+  // One server and one browser at a time: a match takes a processor.
+  workers: 1,
+  timeout: 180_000,
+  expect: { timeout: 60_000 },
+  reporter: "list",
+  use: {
+    viewport: { width: 1280, height: 860 },
+    launchOptions: {
+      executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+      // WebGL without a graphics card.
+      args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+    },
+  },
+});

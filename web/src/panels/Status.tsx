@@ -1,0 +1,141 @@
+/** How far the match is, how far it is to be trusted, and what is missing. */
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { sentence, told } from "../api/trouble";
+import { drawing, nothingDrawn } from "../state/drawing";
+import { again, answer, reading, type Stage, stage, takeLines } from "../state/live";
+import { mesh } from "../state/mesh";
+import { RATINGS, readingWarnings, reasons, STAGES } from "./words";
+
+export function Status() {
+  return (
+    <section class="status" aria-label="State of the match">
+      <div role="status">{!nothingDrawn.value && <Now now={stage.value} />}</div>
+      {answer.value && <Rated />}
+      <Notes />
+    </section>
+  );
+}
+
+function Now({ now }: { now: Stage }) {
+  switch (now.kind) {
+    case "idle":
+      return mesh.value ? null : <p>Choose a mesh to match the drawing to.</p>;
+    case "reading":
+      return <Progress words="Reading the drawing" fraction={null} />;
+    case "waiting":
+      return <Progress words={`Waiting: number ${now.place} in the queue`} fraction={null} />;
+    case "matching":
+      return <Progress words={STAGES[now.stage] ?? now.stage} fraction={now.fraction} />;
+    case "open":
+      return (
+        <p class="trouble open">
+          {now.words}
+          {now.isTaken && (
+            <button type="button" onClick={takeLines}>
+              It is a figure of lines
+            </button>
+          )}
+        </p>
+      );
+    case "refused":
+      return (
+        <div class="trouble" role="alert">
+          <p>{now.words}</p>
+          {now.faults.length > 1 && (
+            <ul>
+              {now.faults.map((fault) => (
+                <li key={`${fault.pointer ?? fault.place}${fault.detail}`}>{told(fault)}</li>
+              ))}
+            </ul>
+          )}
+        </div>
+      );
+    case "away":
+      return <Away words={now.words} until={now.until} />;
+    case "done":
+      return null;
+  }
+}
+
+function Progress({ words, fraction }: { words: string; fraction: number | null }) {
+  return (
+    <p class="progress">
+      <span>{words}…</span>
+      {fraction === null ? <progress aria-label={words} /> : <progress aria-label={words} value={fraction} max={1} />}
+    </p>
+  );
+}
+
+/** Counts the seconds to the next try. */
+function Away({ words, until }: { words: string; until: number }) {
+  const now = useSignal(Date.now());
+  useEffect(() => {
+    const timer = setInterval(() => {
+      now.value = Date.now();
+    }, 500);
+    return () => clearInterval(timer);
+  }, []);
+  const seconds = Math.max(0, Math.ceil((until - now.value) / 1000));
+  return (
+    <p class="trouble">
+      {words} {seconds > 0 ? `Trying again in ${seconds} s.` : "Trying again."}
+      <button type="button" onClick={again}>
+        Try now
+      </button>
+    </p>
+  );
+}
+
+function Rated() {
+  const result = answer.value?.result;
+  if (!result) return null;
+  const { rating, confidence } = result;
+  const isPast = answer.value?.reading.of !== drawing.value;
+  return (
+    <div class={`rated ${isPast ? "past" : ""}`}>
+      {rating ? (
+        <>
+          <strong class={`rating ${rating}`}>{RATINGS[rating].title}</strong>
+          <span>
+            {reasons(result).join(" ")} {RATINGS[rating].meaning}
+          </span>
+        </>
+      ) : (
+        <>
+          <strong class="rating">Confidence {confidence.toFixed(2)}</strong>
+          <span>{reasons(result).join(" ")}</span>
+        </>
+      )}
+    </div>
+  );
+}
+
+/** What was mended and is to be known, of drawing, mesh and match. */
+function Notes() {
+  const read = reading.value?.of === drawing.value ? readingWarnings(reading.value) : [];
+  const said = answer.value?.result.warnings.map(sentence) ?? [];
+  const mended = mesh.value?.document.warnings.map(({ detail }) => sentence(detail)) ?? [];
+  const groups = [
+    { of: "Drawing", notes: read },
+    { of: "Mesh", notes: mended },
+    { of: "Match", notes: said },
+  ].filter(({ notes }) => notes.length > 0);
+  const count = groups.reduce((sum, { notes }) => sum + notes.length, 0);
+  if (count === 0) return null;
+  return (
+    <details class="notes">
+      <summary>{count === 1 ? "1 remark" : `${count} remarks`}</summary>
+      <dl>
+        {groups.map(({ of, notes }) => (
+          <div key={of}>
+            <dt>{of}</dt>
+            {notes.map((note) => (
+              <dd key={note}>{note}</dd>
+            ))}
+          </div>
+        ))}
+      </dl>
+    </details>
+  );
+}

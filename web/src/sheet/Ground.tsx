@@ -1,0 +1,25 @@
+/** The file below the strokes. */
+import { useComputed } from "@preact/signals";
+import { useEffect, useState } from "preact/hooks";
+import { linePath } from "../drawing/ink";
+import { drawing } from "../state/drawing";
+
+export function Ground() {
+  const ground = useComputed(() => drawing.value.ground).value;
+  const frame = useComputed(() => drawing.value.frame).value;
+  const file = ground?.kind === "picture" || ground?.kind === "svg" ? ground.file : null;
+  const [address, setAddress] = useState<string | null>(null);
+  useEffect(() => {
+    if (!file) return setAddress(null);
+    const made = URL.createObjectURL(file);
+    setAddress(made);
+    return () => URL.revokeObjectURL(made);
+  }, [file]);
+  if (address) return <img class="ground" src={address} alt="" />;
+  if (ground?.kind !== "outline" && ground?.kind !== "stored") return null;
+  return (
+    <svg class="ground" viewBox={`${frame.x} ${frame.y} ${frame.width} ${frame.height}`} aria-hidden="true">
+      <path class="outline" d={ground.lines.map(linePath).join("")} />
+    </svg>
+  );
+}
