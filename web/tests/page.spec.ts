@@ -1,23 +1,25 @@
 import AxeBuilder from "@axe-core/playwright";
+import type { Page } from "@playwright/test";
 import { draw, matched, onSheet, open, outline, strokes } from "./drawing";
 import { expect, test } from "./server";
 
-/** Colours on the canvas of the mesh: the share of its pixels that are not grey. */
-const colourful = `(() => {
-  const canvas = document.querySelector(".mesh-view canvas");
-  const copy = Object.assign(document.createElement("canvas"), { width: 200, height: 200 });
-  const context = copy.getContext("2d");
-  return new Promise((resolve) => requestAnimationFrame(() => {
-    context.drawImage(canvas, 0, 0, 200, 200);
-    const { data } = context.getImageData(0, 0, 200, 200);
+/** The share of what is seen of the mesh that is not grey. */
+async function colourful(page: Page): Promise<number> {
+  const png = await page.locator(".mesh-view canvas").screenshot();
+  return page.evaluate(async (bytes) => {
+    const picture = await createImageBitmap(new Blob([new Uint8Array(bytes)]));
+    const { width, height } = picture;
+    const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d");
+    context?.drawImage(picture, 0, 0);
+    const data = context?.getImageData(0, 0, width, height).data ?? [];
     let count = 0;
     for (let i = 0; i < data.length; i += 4) {
-      const [r, g, b] = data.subarray(i, i + 3);
-      if (data[i + 3] > 0 && Math.max(r, g, b) - Math.min(r, g, b) > 40) count++;
+      const [r = 0, g = 0, b = 0] = data.slice(i, i + 3);
+      if (Math.max(r, g, b) - Math.min(r, g, b) > 40) count++;
     }
-    resolve(count / 40000);
-  }));
-})()`;
+    return count / (width * height);
+  }, Array.from(png));
+}
 
 test("a creature drawn by hand is matched as the pen is lifted", async ({ page, complaints }) => {
   await open(page);
@@ -98,7 +100,7 @@ test("an alternative is one click away", async ({ page }) => {
   await open(page);
   await page.getByRole("button", { name: "Draw it for me" }).click();
   await matched(page);
-  await expect.poll(() => page.evaluate(colourful)).toBeGreaterThan(0.03);
+  await expect.poll(() => colourful(page)).toBeGreaterThan(0.03);
   const mirrored = page.getByRole("button", { name: /Mirrored/ });
   await expect(mirrored.locator("img")).toHaveJSProperty("complete", true);
   await mirrored.click();
