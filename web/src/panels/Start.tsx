@@ -9,7 +9,7 @@ export function Start() {
   const outline = mesh.value?.outline;
   return (
     <p class="start">
-      Draw the outline{outline ? ", or trace it" : " of the creature"}: it is matched as you lift the pen.
+      Draw{outline && " or trace"} the outline: it is matched as you lift the pen.
       {outline && (
         <button type="button" onClick={() => edit(withStrokes(drawing.value, strokesOf(outline)))}>
           Draw it for me
