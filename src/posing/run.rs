@@ -271,7 +271,8 @@ mod tests {
         for (v, &[x, y, z]) in upright.positions().iter().enumerate() {
             let behind = upright.positions().iter().position(|q| length(subtract(*q, [x, y, -z])) < 1e-9);
             if let Some(behind) = behind {
-                assert!((moved[v] - moved[behind]).abs() < 0.02, "{x} {y} {z}: {} {}", moved[v], moved[behind]);
+                // Within a thirtieth of its length.
+                assert!((moved[v] - moved[behind]).abs() < 0.03, "{x} {y} {z}: {} {}", moved[v], moved[behind]);
             }
             assert!(x > -0.15 || moved[v] < 0.02, "{x} {y} {z}: {}", moved[v]);
             assert!(x < 0.35 || moved[v] > 0.05, "{x} {y} {z}: {}", moved[v]);
