@@ -9,6 +9,7 @@ import { linked } from "./state/link";
 import { live } from "./state/live";
 import { examples, mesh, meshState, takeExample, takeStored } from "./state/mesh";
 import { applyTheme } from "./state/preferences";
+import { followRest } from "./state/rested";
 import { shortcuts } from "./state/shortcuts";
 import { take } from "./state/taking";
 import { followViews } from "./view/camera";
@@ -23,6 +24,7 @@ render(<App />, document.getElementById("page") as HTMLElement);
 shortcuts();
 takeDropped();
 followViews();
+followRest();
 void resume();
 
 /** Opens what the address or the browser kept, else the first example; tried again while the server is away. */

@@ -2,6 +2,7 @@
 import { picture } from "../api/matches";
 import type { Alternative } from "../api/types";
 import { answer, chosen } from "../state/live";
+import { rested } from "../state/rested";
 
 /** The width of a picture, in pixels: of the sketch and two views of the mesh. */
 const WIDTH = 480;
@@ -12,7 +13,7 @@ const KINDS: Record<Alternative["kind"], string> = {
 };
 
 export function Alternatives() {
-  const now = answer.value;
+  const now = rested.value;
   if (!now || now.result.alternatives.length === 0) return null;
   const offered = [
     { number: null, name: "Best answer" },
@@ -27,6 +28,7 @@ export function Alternatives() {
             <button
               type="button"
               aria-pressed={chosen.value === number}
+              disabled={now !== answer.value}
               onClick={() => {
                 chosen.value = number;
               }}

@@ -64,7 +64,7 @@ function plain({ first }: Surface): Float32Array {
 function labsOfSketch(now: Answer): Lab[] {
   const { by } = coloured.value;
   if (coloured.value.by === "values") return ofValues(coloured.value.sketch);
-  return by === "regions" ? now.result.intermediate.regions.sketch.map(label) : places(now);
+  return by === "regions" ? now.result.intermediate.regions.sketch.map(label) : places.value;
 }
 
 function labsOfMesh(now: Answer): Lab[] {
@@ -79,7 +79,9 @@ function ofValues(values: Float64Array): Lab[] {
 }
 
 /** The colour of every vertex of the sketch by its place in the box, as far as it is believed. */
-function places({ reading, result }: Answer): Lab[] {
+const places = computed((): Lab[] => {
+  if (!answer.value) return [];
+  const { reading, result } = answer.value;
   const { points, box } = reading.flat;
   return result.correspondences.map(({ confidence }, x) => {
     const across = (points[2 * x] - box.x) / (box.width || 1);
@@ -88,7 +90,7 @@ function places({ reading, result }: Answer): Lab[] {
     const [along, beside] = box.width >= box.height ? [across, upward] : [upward, across];
     return believed(place(palette.value, along, beside), confidence);
   });
-}
+});
 
 /** The share of the reach from which colours fade. */
 const FADING = 0.6;
@@ -99,7 +101,7 @@ const SOFTENING = 6;
 function carriedOver(now: Answer): Lab[] {
   const { surface } = now.mesh;
   const { distances, source, reach } = spreading.value as Spread;
-  const means = meansOfAnswers(places(now), surface);
+  const means = meansOfAnswers(places.value, surface);
   const reached = Array.from(distances.keys()).filter((v) => distances[v] < Infinity);
   const labs: Lab[] = Array.from(source, (vertex) => means.get(vertex) ?? PLAIN);
   for (let round = 0; round < SOFTENING; round++) soften(labs, surface, distances, reached);

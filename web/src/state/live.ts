@@ -11,7 +11,7 @@ import { drawing, figure } from "./drawing";
 import { type Mesh, mesh } from "./mesh";
 import { missingOf, takesLines } from "./openness";
 import { type Wishes, wishes } from "./request";
-import { madeMatch, madeSketch, sweep } from "./tidy";
+import { madeMatch, madeSketch } from "./tidy";
 
 /** What the server read of a drawing. */
 export interface Reading {
@@ -95,6 +95,7 @@ function ask(asked: Asked, pause: number) {
   }
   // An answer on another mesh says nothing of this one.
   if (answer.value?.mesh !== asked.mesh) show(null);
+  if (pause === 0) return void run(asked, signal);
   const timer = setTimeout(() => run(asked, signal), pause);
   signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
 }
@@ -121,7 +122,6 @@ async function run(asked: Asked, signal: AbortSignal, isRetry = false) {
       show({ reading, mesh: asked.mesh, ...ended });
       stage.value = { kind: "done" };
       rest = REST.first;
-      sweep(ended.match);
     } else {
       await read;
       stage.value = { kind: "idle" };
