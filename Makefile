@@ -19,24 +19,19 @@ web/dist/index.html: openapi/openapi.json $(shell find web/src web/*.* -type f !
 no-web:
 	@echo "There is no Node here: the service runs without its page (Node 20.19 or later builds it)."
 
-# Every check there is. The page is built before it is embedded.
-test: $(if $(NODE),web)
+# Every check of the program; that of its page is test-web.
+test:
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo check --locked --lib --no-default-features
 	cargo test --locked
 	$(MAKE) context
-	$(MAKE) $(if $(and $(NODE),$(CHROMIUM)),test-web,no-test-web)
 
-# Lint, types, and the page in a real browser against the program.
+# Lint, types, and the page in a real browser against the program: needs Node 20.19 or later and Chromium.
 test-web: web
 	cd web && npm run check
 	cargo build --locked
 	cd web && SKETCHMATCH=../target/debug/sketchmatch CHROMIUM=$(CHROMIUM) npm test
-
-.PHONY: no-test-web
-no-test-web:
-	@echo "The tests of the page were left out: they need Node 20.19 or later and Chromium."
 
 # The image is built from what .dockerignore admits: so much has to compile.
 context:

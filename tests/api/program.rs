@@ -42,6 +42,9 @@ impl Program {
             .args(["serve", "--listen", "127.0.0.1:0", "--log-format", "json", "--data-dir"])
             .arg(data)
             .args(options)
+            // What is freed goes back to the system at once, so that its memory is what is in use, not what the allocator
+            // keeps for each thread.
+            .env("MALLOC_MMAP_THRESHOLD_", "1000000")
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();

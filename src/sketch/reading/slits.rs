@@ -28,11 +28,15 @@ const IN_THE_WAY: f64 = 0.02;
 /// The figure without those of the lines within it that run inwards from its outline along a limb. The line round the figure
 /// reaches `outline_depth` pixels into it; `dark` is what differs from the ground by much.
 pub(super) fn slit(figure: &Bitmap, dark: &Bitmap, lines: &[Vec<[usize; 2]>], outline_depth: f64) -> Bitmap {
+    let least = LEAST_LENGTH * PixelBox::of(figure).map_or(0, PixelBox::side) as f64;
+    let long: Vec<&Vec<[usize; 2]>> = lines.iter().filter(|line| strokes::length(line) >= least).collect();
+    if long.is_empty() {
+        return figure.clone();
+    }
     let depths = squared(&figure.complement());
     let depth = |[x, y]: [usize; 2]| f64::from(depths[y * figure.width() + x]).sqrt();
-    let least = LEAST_LENGTH * PixelBox::of(figure).map_or(0, PixelBox::side) as f64;
     let mut slit = figure.clone();
-    for line in lines {
+    for line in long {
         let [Some(&first), Some(&last)] = [line.first(), line.last()] else { continue };
         let [mouth, end] = if depth(first) <= depth(last) { [first, last] } else { [last, first] };
         let width = line.iter().map(|&at| depth(at)).fold(0.0, f64::max);
@@ -40,7 +44,7 @@ pub(super) fn slit(figure: &Bitmap, dark: &Bitmap, lines: &[Vec<[usize; 2]>], ou
         let drawn = way_out.iter().filter(|&&[x, y]| dark.get(x, y)).count();
         let is_joined = drawn as f64 >= JOINED * way_out.len() as f64;
         let opens = is_joined || depth(mouth) <= outline_depth + SOFT_EDGE + MOUTH;
-        if !opens || depth(mouth) > OPEN * depth(end) || strokes::length(line) < least.max(SLENDER * width) {
+        if !opens || depth(mouth) > OPEN * depth(end) || strokes::length(line) < SLENDER * width {
             continue;
         }
         let mut way = Bitmap::new(figure.width(), figure.height());

@@ -4,7 +4,6 @@ use super::FRAME;
 use super::canvas::Canvas;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
-use crate::raster::distance::squared;
 use crate::raster::neighbourhood::{dilated, eroded, opened};
 use crate::raster::pieces::Pieces;
 use crate::raster::skeleton::middle_lines;
@@ -28,19 +27,17 @@ const OUTLINED: f64 = 0.5;
 
 /// How far the line round a figure reaches into it, in pixels; not at all where the figure is dark all through.
 pub(super) fn outline_depth(area: &Bitmap, dark: &Bitmap) -> f64 {
-    let depths = squared(&area.complement());
-    let mut counts: Vec<[usize; 2]> = Vec::new();
-    for (y, x) in (0..area.height()).flat_map(|y| area.runs(y).flatten().map(move |x| (y, x))) {
-        let depth = depths[y * area.width() + x].sqrt() as usize;
-        counts.resize(counts.len().max(depth + 1), [0; 2]);
-        counts[depth][0] += 1;
-        counts[depth][1] += usize::from(dark.get(x, y));
+    let deepest = 2.0 * HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
+    let mut outer = area.clone();
+    for depth in 0..=deepest as usize {
+        let inner = eroded(area, depth as f64 + 1.0);
+        let ring = outer.without(&inner);
+        if (ring.and(dark).area() as f64) < OUTLINED * ring.area() as f64 {
+            return depth as f64;
+        }
+        outer = inner;
     }
-    let is_light = |&[all, dark]: &[usize; 2]| all > 0 && (dark as f64) < OUTLINED * all as f64;
-    let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
-    // The outermost pixels are as far from the nearest outside as one.
-    let depth = counts.iter().skip(1).position(is_light).unwrap_or(0) as f64;
-    if depth <= 2.0 * half_widest { depth } else { 0.0 }
+    0.0
 }
 
 /// The inner lines of a figure, longest first, pixel by pixel. `dark` is what differs from the ground by much; the line round
