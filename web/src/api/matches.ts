@@ -49,8 +49,10 @@ function byEvents(match: Match, seen: (match: Match) => void, signal: AbortSigna
   });
 }
 
-/** Why a match failed, as a refusal. */
+/** Why a match has no result, as a refusal. */
 export function failure(match: Match): Refusal {
+  if (match.status === "cancelled")
+    return new Refusal(409, "the match was cancelled: change the drawing to try again", [], null);
   const problem = match.error;
   return new Refusal(problem?.status ?? 500, problem?.detail ?? "the match failed", problem?.errors ?? [], null);
 }

@@ -1,7 +1,7 @@
 /** The answer once the drawing rests: what costs the server more is asked for then, and what was replaced is deleted. */
 import { effect, signal } from "@preact/signals";
 import { type Answer, answer } from "./live";
-import { sweep } from "./tidy";
+import { sweeper } from "./tidy";
 
 /** How long an answer has to stand, in ms: a hand that draws on has begun the next stroke by then. */
 const REST = 500;
@@ -16,9 +16,10 @@ export function followRest() {
       rested.value = null;
       return;
     }
+    const sweep = sweeper(now.match);
     const timer = setTimeout(() => {
       rested.value = now;
-      void sweep(now.match);
+      void sweep();
     }, REST);
     return () => clearTimeout(timer);
   });

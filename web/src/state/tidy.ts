@@ -18,14 +18,19 @@ export function give(...ids: string[]) {
   for (const id of ids) given.add(id);
 }
 
-/** Deletes what came before this match. */
-export async function sweep(now: Match) {
-  await removed("matches", matches, now.id);
-  await removed("sketches", sketches, now.sketch);
+/** What deletes all that was brought before this match, whatever is brought until it is called. */
+export function sweeper(now: Match): () => Promise<void> {
+  const [oldMatches, oldSketches] = [before(matches, now.id), before(sketches, now.sketch)];
+  return async () => {
+    await removed("matches", matches, oldMatches);
+    await removed("sketches", sketches, oldSketches);
+  };
 }
 
-async function removed(kind: "matches" | "sketches", made: Set<string>, now: string) {
-  for (const id of [...made].filter((id) => id !== now && !given.has(id))) {
+const before = (made: Set<string>, now: string) => [...made].filter((id) => id !== now && !given.has(id));
+
+async function removed(kind: "matches" | "sketches", made: Set<string>, old: string[]) {
+  for (const id of old) {
     // What cannot be deleted now, since a match needs it, is deleted after the next.
     const isGone = await call(`/v1/${kind}/${id}`, { method: "DELETE" }).then(
       () => true,
