@@ -50,6 +50,15 @@ impl Pieces {
     }
 }
 
+/// The picture without its pieces of fewer than `least` pixels, joined by sides and corners.
+pub fn without_specks(picture: &Bitmap, least: usize) -> Bitmap {
+    let pieces = Pieces::of(picture, true);
+    let mut clean = Bitmap::new(picture.width(), picture.height());
+    let runs = pieces.runs.iter().filter(|run| pieces.sizes[run.piece] >= least);
+    runs.for_each(|run| clean.fill(run.y, run.from, run.to, true));
+    clean
+}
+
 /// The runs of set pixels, in order. Runs of neighbouring rows are joined where they overlap when one is widened by
 /// `reach` pixels.
 fn runs(picture: &Bitmap, reach: usize) -> Vec<Run> {

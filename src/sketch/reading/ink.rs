@@ -6,7 +6,7 @@ use super::rules::without_rules;
 use super::shadow::shadow;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, opened};
-use crate::raster::pieces::Pieces;
+use crate::raster::pieces::{Pieces, without_specks};
 
 /// Least difference from the ground that is seen, in 255ths: a light skin on white paper differs by 30.
 const LEAST_CONTRAST: u8 = 18;
@@ -217,9 +217,6 @@ fn without_seams(ground: &Ground, ink: Bitmap, strong: f64) -> Bitmap {
 /// The ink without pieces of a few pixels.
 fn without_dust(ink: &Bitmap) -> Bitmap {
     let side = DUST * ink.width().max(ink.height()) as f64;
-    let pieces = Pieces::of(ink, true);
-    let mut clean = Bitmap::new(ink.width(), ink.height());
-    let runs = pieces.runs.iter().filter(|run| pieces.sizes[run.piece] as f64 > side * side);
-    runs.for_each(|run| clean.fill(run.y, run.from, run.to, true));
-    clean
+    // More pixels than a square of this side.
+    without_specks(ink, (side * side) as usize + 1)
 }

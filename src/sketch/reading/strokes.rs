@@ -5,7 +5,7 @@ use super::canvas::Canvas;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, eroded, opened};
-use crate::raster::pieces::Pieces;
+use crate::raster::pieces::without_specks;
 use crate::raster::skeleton::middle_lines;
 use crate::sketch::Line;
 
@@ -49,7 +49,7 @@ pub(super) fn within(area: &Bitmap, dark: &Bitmap, depth: f64) -> Vec<Vec<[usize
     let marked = if 2 * marked.area() > inside.area() { inside.without(dark) } else { marked };
     let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
     let patches = dilated(&opened(&marked, half_widest), SOFT_EDGE);
-    let thin = without_dust(&marked.without(&patches));
+    let thin = without_specks(&marked.without(&patches), LEAST_PIXELS);
     let mut lines = middle_lines(&thin);
     lines.sort_by(|a, b| length(b).total_cmp(&length(a)));
     lines.truncate(MOST);
@@ -62,14 +62,6 @@ pub(super) fn placed(canvas: &Canvas, lines: &[Vec<[usize; 2]>]) -> Vec<Line> {
     let placed = |point: [f64; 2]| canvas.upload_point(point.map(|x| x - FRAME as f64));
     let line = |line: &Vec<[usize; 2]>| simplified(&line.iter().map(middle).collect::<Vec<_>>());
     lines.iter().map(|pixels| line(pixels).into_iter().map(placed).collect()).collect()
-}
-
-fn without_dust(marked: &Bitmap) -> Bitmap {
-    let pieces = Pieces::of(marked, true);
-    let mut clean = Bitmap::new(marked.width(), marked.height());
-    let runs = pieces.runs.iter().filter(|run| pieces.sizes[run.piece] >= LEAST_PIXELS);
-    runs.for_each(|run| clean.fill(run.y, run.from, run.to, true));
-    clean
 }
 
 /// The length of a line, in pixels.
