@@ -1,5 +1,6 @@
 //! The method as a whole, on the example creatures, without the service.
 
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Value, json};
@@ -63,7 +64,8 @@ fn settings(request: Value) -> Settings {
 }
 
 fn matched(case: &Case, request: Value, watcher: &dyn Watcher) -> Result<MatchResult, MatchError> {
-    let surroundings = Surroundings { spectra: &Computing, preparations: &Computing, watcher, clock: &|| 0.0 };
+    let surroundings =
+        Surroundings { spectra: &Computing, preparations: &Computing, watcher, clock: &|| 0.0, preview: None };
     pipeline::run(&case.sketch, &case.mesh.clone().into(), &settings(request), &surroundings)
 }
 
@@ -105,6 +107,28 @@ fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis
             assert!(error < limit, "{creature}, k = {k}: {error}");
         }
     }
+}
+
+#[test]
+fn the_answer_at_first_sight_comes_once_and_first() {
+    let case = sized("quadruped", 800, 300);
+    let (watcher, previews) = (patient(), RefCell::new(Vec::new()));
+    let keep = |result: MatchResult| previews.borrow_mut().push((watcher.asked.load(Ordering::Relaxed), result));
+    let surroundings = Surroundings {
+        spectra: &Computing,
+        preparations: &Computing,
+        watcher: &watcher,
+        clock: &|| 0.0,
+        preview: Some(&keep),
+    };
+    let mesh = case.mesh.clone().into();
+    let result = pipeline::run(&case.sketch, &mesh, &settings(json!({})), &surroundings).unwrap();
+    let [(asked, preview)] = &previews.take()[..] else { panic!("not one") };
+    assert!(*asked < watcher.asked.load(Ordering::Relaxed));
+    assert!(preview.preview && !result.preview);
+    assert!(preview.alternatives.is_empty() && !result.alternatives.is_empty());
+    assert_eq!(preview.correspondences.len(), result.correspondences.len());
+    assert_eq!(result, matched(&case, json!({}), &patient()).unwrap());
 }
 
 #[test]

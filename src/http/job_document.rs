@@ -56,8 +56,8 @@ pub enum Status {
 
 #[derive(Debug, Serialize, ToSchema)]
 pub struct Progress {
-    /// The stage under way, once there is one: `spectrum`, `alignment`, `regions`, `descriptors`, `map`, `points` of a match.
-    /// `finished` with success; after a failure or a cancelling, the stage last reported.
+    /// The stage under way, once there is one: `spectrum`, `alignment`, `regions`, `descriptors`, `map`, `points` of a match,
+    /// and `preview` when `result?preview=true` is there. `finished` with success; after a failure or a cancelling, the stage last reported.
     pub stage: Option<String>,
     /// The share of the whole that is done.
     #[schema(minimum = 0, maximum = 1)]

@@ -19,6 +19,9 @@ pub struct MatchResult {
     /// The version of the program that matched; nothing in results of versions before it said so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub version: Option<String>,
+    /// Whether this is the answer at first sight, which another follows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub preview: bool,
     pub sketch: String,
     pub mesh: String,
     /// Every setting as used; sent again, it gives the same answer.

@@ -151,6 +151,14 @@ impl Attempt {
         Ok(attempts)
     }
 
+    /// The attempt with every landmark where it is known to be: what the user knows is not traded for anything, and whether
+    /// it fits shows in the distances.
+    pub fn holding(self, scene: &Scene<'_>, landmarks: &Landmarks) -> Attempt {
+        let mut map = self.map.clone();
+        landmarks.pairs.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
+        if map == self.map { self } else { self.answering(scene, landmarks, map) }
+    }
+
     /// The attempt with another map.
     pub fn answering(self, scene: &Scene<'_>, landmarks: &Landmarks, map: Vec<u32>) -> Attempt {
         let Attempt { view, kind, moves, positions, laying, .. } = self;
