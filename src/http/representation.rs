@@ -1,6 +1,7 @@
 //! Which form of a resource a client wants, and whether it has it already.
 
 use std::fmt::Display;
+use std::future::Future;
 
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
@@ -66,7 +67,7 @@ impl Wanted {
     ///
     /// # Errors
     /// 500 where no thread has been had to hash the source.
-    pub async fn made_of(self, app: &App, source: Bytes, how: String) -> Result<Wanted, Problem> {
+    async fn made_of(self, app: &App, source: Bytes, how: String) -> Result<Wanted, Problem> {
         let media_type = self.media_type;
         let hashed = app.off_runtime(move || {
             let mut hasher = blake3::Hasher::new();
@@ -80,7 +81,7 @@ impl Wanted {
     }
 
     /// 304 where the client is known to have it before it is made.
-    pub fn unchanged(&self) -> Option<Response> {
+    fn unchanged(&self) -> Option<Response> {
         let tag = self.tag.as_ref().filter(|tag| has(&self.headers, tag))?;
         Some((StatusCode::NOT_MODIFIED, said_of(tag, self.keep)).into_response())
     }
@@ -100,6 +101,27 @@ impl Wanted {
         }
         let written = app.off_runtime(move || write(self.media_type).map(|body| self.tagged(body)));
         written.await?.map_err(Problem::internal)
+    }
+
+    /// The same of what is made of nothing but `source`, the form and `how`: for a client that has it nothing else is
+    /// fetched and nothing made. `fetched` has whatever else `write` needs, and is it.
+    ///
+    /// # Errors
+    /// Whatever `fetched` refuses; 500 where `write` fails.
+    pub async fn answer_made_of<E: Display + Send + 'static, W>(
+        self,
+        app: &App,
+        (source, how): (Bytes, String),
+        fetched: impl Future<Output = Result<W, Problem>>,
+    ) -> Result<Response, Problem>
+    where
+        W: FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
+    {
+        let wanted = self.made_of(app, source, how).await?;
+        match wanted.unchanged() {
+            Some(unchanged) => Ok(unchanged),
+            None => wanted.answer(app, fetched.await?).await,
+        }
     }
 
     /// The answer with the body: with a strong entity tag, or 304 where the client has it.
