@@ -26,7 +26,7 @@ pub mod prepared;
 mod scene;
 mod search;
 
-pub use answer::{Alignment, Alternative, Way};
+pub use answer::{Alignment, Alternative, Place, Way};
 pub use choice::terms::{Terms, WEIGHTS};
 pub use choice::trust::{DOUBTS, NAMES as DOUBT_NAMES, Regression, logarithms};
 pub use error::AlignmentError;
@@ -127,6 +127,7 @@ fn answer(
         distortion: best.distortion.mean,
         score: best.score(),
         at_odds: landmarks.at_odds(scene.mesh, best.distortion.scale),
+        places: best.places(scene.mesh),
         map: best.map,
         alternatives,
     }

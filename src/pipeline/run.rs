@@ -13,6 +13,7 @@ use super::request::{Alignment, Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
 use super::{MatchError, Surroundings};
+use crate::alignment::Place;
 use crate::correspondence::{confidence, icp, points, zoomout};
 use crate::functional_map::problem::least_squares;
 use crate::functional_map::solve::solve;
@@ -121,7 +122,7 @@ impl<'a> Matching<'a> {
             points(settings, sketch, longer.as_ref().unwrap_or(bases), aligned, solution.c, watch)
         })?;
         // What the user knows is not traded for anything.
-        landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
+        landmarks.iter().for_each(|&[x, y]| (points.map[x], points.places[x]) = (y as u32, None));
         // But where most of it contradicts a landmark, its answer is not to be relied on.
         let at_odds = aligned.map_or(&[][..], |aligned| &aligned.alignment.at_odds);
         at_odds.iter().for_each(|&i| points.confidence[landmarks[i][0]] = 0.0);
@@ -194,6 +195,8 @@ fn at_unit_area([sketch, mesh]: &[Arc<Spectrum>; 2], [k, l]: [usize; 2]) -> [Spe
 struct Points {
     c: Mat<f64>,
     map: Vec<u32>,
+    /// Where each lies between the vertices, where that is known.
+    places: Vec<Option<Place>>,
     confidence: Vec<f64>,
 }
 
@@ -214,7 +217,8 @@ fn points(
         Refinement::Zoomout { .. } => zoomout::refined(c, basis, mass, target, watch)?,
     };
     if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, aligned) {
-        return Ok(Points { c, map: alignment.map.clone(), confidence: alignment.confidence.clone() });
+        let (places, confidence) = (alignment.places.clone(), alignment.confidence.clone());
+        return Ok(Points { c, map: alignment.map.clone(), places, confidence });
     }
     // Only vertices of the part that is seen can be answers.
     let seen = aligned.map(|aligned| aligned.visible.as_slice()).filter(|seen| seen.len() < target.nrows());
@@ -229,17 +233,29 @@ fn points(
     let map: Vec<u32> = found.into_iter().map(|i| seen.map_or(i, |seen| seen[i as usize])).collect();
     let flat = sketch.mesh();
     let confidence = confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
-    Ok(Points { c, map, confidence })
+    Ok(Points { c, places: vec![None; map.len()], map, confidence })
 }
 
 fn correspondences(sketch: &Sketch, figure: &Figure, points: &Points) -> Vec<Correspondence> {
-    let answers = points.map.iter().zip(&points.confidence).enumerate();
-    answers
-        .map(|(x, (&y, &confidence))| Correspondence {
-            sketch_vertex: x as u32,
-            point: sketch.point(x),
-            mesh_vertex: figure.vertices[y as usize],
-            confidence,
+    let mut corner_of = vec![[0; 3]; figure.vertices.len()];
+    figure
+        .mesh
+        .triangles()
+        .iter()
+        .for_each(|triangle| triangle.iter().for_each(|&v| corner_of[v as usize] = *triangle));
+    let of_file = |v: u32| figure.vertices[v as usize];
+    (0..points.map.len())
+        .map(|x| {
+            let y = points.map[x];
+            let place = points.places[x].unwrap_or_else(|| Place::corner(y, corner_of[y as usize]));
+            Correspondence {
+                sketch_vertex: x as u32,
+                point: sketch.point(x),
+                mesh_vertex: of_file(y),
+                triangle: Some(place.triangle.map(of_file)),
+                barycentric: Some(place.weights),
+                confidence: points.confidence[x],
+            }
         })
         .collect()
 }
