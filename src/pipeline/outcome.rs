@@ -60,7 +60,7 @@ pub enum Rating {
 
 impl Rating {
     const HIGH: f64 = 0.88;
-    const MEDIUM: f64 = 0.77;
+    const MEDIUM: f64 = 0.75;
 
     /// The word for the confidence of a match.
     pub fn of(confidence: f64) -> Rating {
