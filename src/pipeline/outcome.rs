@@ -50,11 +50,11 @@ pub struct MatchResult {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rating {
-    /// From 0.88: a mean error of 0.05 √area on average; one match in thirty is off by more than 0.15.
+    /// From 0.88: a mean error of 0.05 √area on average; of 41 matches none was off by more than 0.15.
     High,
-    /// From 0.77: a mean error of 0.07 √area on average; one match in fourteen is off by more than 0.15.
+    /// From 0.75: a mean error of 0.07 √area on average; one match in nine is off by more than 0.15.
     Medium,
-    /// Below: a mean error of 0.14 √area on average; one match in three is off by more than 0.15, its view may be wrong.
+    /// Below: a mean error of 0.14 √area on average; one match in four is off by more than 0.15, its view may be wrong.
     Low,
 }
 
