@@ -63,7 +63,7 @@ pub fn aligned(
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
-    let (landmarks, none) = (&Landmarks::new(shape, landmarks), &Landmarks::new(shape, &[]));
+    let (landmarks, none) = (&Landmarks::new(shape, landmarks, watch)?, &Landmarks::new(shape, &[], watch)?);
     let candidates = candidates(scene)?;
     let (best, others) = best_view(scene, &candidates, none)?;
     let (mut best, mut by_distances) = believed(scene, best)?;
@@ -135,7 +135,7 @@ pub fn weighed(
     watch: &dyn Watch,
 ) -> Result<(Vec<Weighed>, Vec<[f64; DOUBTS]>), AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
-    let none = &Landmarks::new(shape, &[]);
+    let none = &Landmarks::new(shape, &[], watch)?;
     let (best, others) = best_view(scene, &candidates(scene)?, none)?;
     let (answer, by_distances) = believed(scene, best.clone())?;
     let doubts = trust::doubts(scene, &answer, &others, none);

@@ -13,7 +13,7 @@ use crate::deformation::biharmonic_weights::{Weights, weights};
 use crate::deformation::strain::strain;
 use crate::deformation::transfer::Transfer;
 use crate::mesh::file_mesh::FileMesh;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Share, Watch};
 use crate::pipeline::TOTAL;
 use crate::pipeline::outcome::{MatchResult, ViewReport};
 use crate::sketch::Sketch;
@@ -42,7 +42,7 @@ pub fn run(
     let flat: Vec<[f64; 2]> = sketch.mesh().positions().iter().map(|&[x, y, _]| [x, y]).collect();
     let (weights, frames) = match moves {
         Some(moves) => {
-            let found = weights(&moves.held, &Share { watch, begin: 0.0, end: 0.6 })?;
+            let found = weights(&moves.held, &Share::between(watch, 0.0, 0.6))?;
             let since = timed("weights", begun);
             let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs)?;
             let since = timed("transfer", since);
@@ -113,19 +113,6 @@ fn posed(sketch: &Sketch, mesh: &FileMesh, seen: &Seen, drawing: Vec<[f64; 2]>, 
 fn reported(weights: &Weights) -> HandleWeights {
     let rows = weights.values.row_iter().map(|row| row.iter().copied().collect());
     HandleWeights { values: rows.collect(), local_extrema: weights.extrema }
-}
-
-/// A part of the whole.
-struct Share<'a> {
-    watch: &'a dyn Watch,
-    begin: f64,
-    end: f64,
-}
-
-impl Watch for Share<'_> {
-    fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
-        self.watch.proceed(self.begin + (self.end - self.begin) * fraction)
-    }
 }
 
 #[cfg(test)]
