@@ -70,8 +70,7 @@ pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watc
     if n <= 200 || n < 3 * (k + GUARD + 8) {
         return problem.dense(k, watch);
     }
-    let pattern = problem.matrix.clone();
-    let analysis = apart(move || Analysis::new(&pattern), watch)??;
+    let analysis = Analysis::asking(&problem.matrix, || watch.proceed(0.0))??;
     // A wider block, from another start, where the inertia shows that a pair is missing.
     let narrow = if k <= NARROW { problem.by_blocks::<1>(&analysis, k, watch)? } else { None };
     if let Some(pairs) = narrow {
@@ -108,7 +107,7 @@ impl Problem {
         for (value, (i, j)) in self.matrix.iter() {
             matrix[(i, j)] = *value;
         }
-        let eigen = apart(move || matrix.self_adjoint_eigen(Side::Lower), watch)?;
+        let eigen = apart(move || matrix.self_adjoint_eigen(Side::Lower), || watch.proceed(0.0))?;
         let eigen = eigen.map_err(|_| EigenError::NotConverged)?;
         let vectors = Mat::from_fn(n, k, |i, j| eigen.U()[(i, j)] / self.root_mass[i]);
         Ok(Eigenpairs { values: eigen.S().column_vector().iter().take(k).copied().collect(), vectors })
@@ -122,8 +121,8 @@ impl Problem {
         watch: &dyn Watch,
     ) -> Result<Option<Eigenpairs>, EigenError> {
         let shift = SHIFT * k as f64;
-        let (analysed, shifted) = (analysis.clone(), plus_identity(&self.matrix, shift));
-        let factor = apart(move || SparseCholesky::analysed(analysed, &shifted), watch)??;
+        let shifted = plus_identity(&self.matrix, shift);
+        let factor = SparseCholesky::asking(analysis.clone(), shifted, || watch.proceed(0.0))??;
         let inverse = |x: &[Row<Q>]| {
             let mut x = x.to_vec();
             factor.solve_rows(&mut x);
@@ -142,7 +141,7 @@ impl Problem {
         let below = match between {
             Some(mu) => {
                 let shifted = plus_identity(&self.matrix, -mu);
-                Some(apart(move || negative_eigenvalues(factor, &shifted), &counting)??)
+                Some(apart(move || negative_eigenvalues(factor, &shifted), || counting.proceed(0.0))??)
             }
             None => None,
         };

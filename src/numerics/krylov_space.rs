@@ -174,7 +174,7 @@ impl<const Q: usize> KrylovSpace<Q> {
                 projected.submatrix_mut((j + 1) * b, j * b, b, b).copy_from(coupling);
             }
         }
-        let Ok(eigen) = apart(move || projected.self_adjoint_eigen(Side::Lower), watch)? else {
+        let Ok(eigen) = apart(move || projected.self_adjoint_eigen(Side::Lower), || watch.proceed(0.0))? else {
             return Ok(Err(DecompositionError::Eigenvalues { size: m }));
         };
         let value = |i: usize| eigen.S().column_vector()[m - 1 - i];

@@ -44,14 +44,15 @@ pub fn run(
         Some(moves) => {
             let found = weights(&moves.held, &Share::between(watch, 0.0, 0.6))?;
             let since = timed("weights", begun);
-            let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs)?;
+            let ask = || watch.proceed(0.6).map_err(PoseError::from);
+            let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs, ask)?;
             let since = timed("transfer", since);
             let mut frames = Vec::new();
             for (f, maps) in moves.frames.iter().enumerate() {
-                watch.proceed(0.7 + 0.3 * f as f64 / moves.frames.len() as f64)?;
+                let ask = || watch.proceed(0.7 + 0.3 * f as f64 / moves.frames.len() as f64).map_err(PoseError::from);
                 let drawing = blended(&flat, &found, maps);
                 let moved = |v: usize, axis: usize| drawing[v][axis] - flat[v][axis];
-                let moved = transfer.carried(&Mat::from_fn(flat.len(), 2, moved));
+                let moved = transfer.carried(&Mat::from_fn(flat.len(), 2, moved), ask)?;
                 let offsets = (0..seen.places.len()).map(|v| [moved[(v, 0)], moved[(v, 1)]]).collect();
                 frames.push((drawing, offsets));
             }

@@ -62,7 +62,9 @@ impl PreparedMesh {
         let distances = SampledDistances::new(&unit, SAMPLES, watch)?;
         let symmetry = plane(positions, &masses, || watch.proceed(0.5))?;
         let limbs = limbs(&unit, &distances, watch)?;
+        watch.proceed(0.5)?;
         let closed = is_seen_from_outside(&unit);
+        watch.proceed(0.5)?;
         let facing = vertex_normals(&unit);
         let normals = distances.samples.iter().map(|&sample| facing[sample as usize]).collect();
         let view = |&direction: &[f64; 3]| {

@@ -43,11 +43,14 @@ pub(super) fn read(body: &[u8], besides: usize, mut polygons: Polygons) -> Resul
     Ok(polygons)
 }
 
+/// Numbers of 32 bits each.
+type Words<'a> = &'a [[u8; 4]];
+
 /// Words before the vertices.
 const HEADER: usize = 3;
 
 /// The numbers of vertices and faces, if the file comes out even in this way.
-fn counts(words: &[[u8; 4]], besides: usize, way: Way) -> Option<(Way, usize, usize)> {
+fn counts(words: Words<'_>, besides: usize, way: Way) -> Option<(Way, usize, usize)> {
     let [vertices, faces, _edges] = *words.first_chunk::<HEADER>()?;
     let [vertices, faces] = [vertices, faces].map(|count| way.word(count) as usize);
     let mut rest = words.get(HEADER.checked_add(vertices.checked_mul(3 + besides)?)?..)?;
@@ -63,7 +66,7 @@ impl Way {
     }
 
     /// The corners of the first face, and what follows it. A face has a corner at least: zeros come out even by chance.
-    fn face(self, words: &[[u8; 4]]) -> Option<(&[[u8; 4]], &[[u8; 4]])> {
+    fn face(self, words: Words<'_>) -> Option<(Words<'_>, Words<'_>)> {
         let (&corners, rest) = words.split_first()?;
         let (corners, rest) = rest.split_at_checked(self.word(corners) as usize).filter(|(c, _)| !c.is_empty())?;
         if !self.coloured {
