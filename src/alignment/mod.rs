@@ -1,7 +1,8 @@
 //! The automatic part: a sketch laid on a mesh by the view it is drawn from, with nobody clicking.
 //!
 //! Both shapes are scaled to area 1, so that every length is in units of the square root of the shape's own area unless
-//! it says pixels. The recipe, a room for each step:
+//! it says pixels. So are the constants, each beside the code it belongs to; where one names no source, its value was found
+//! by trial on drawings of bodies whose truth is known (docs/decisions/tuning.md). The recipe, a room for each step:
 //!
 //! 1. [`prepared`]: what either shape brings along before the other is known. Of the mesh its axes, its plane of symmetry,
 //!    geodesic distances, limbs, which way is up, and its views; of the sketch its distances and its outline.

@@ -15,6 +15,7 @@ const SURE: f64 = 0.15;
 /// An anchor whose median distortion is above the larger of this and `OUTLYING` times the median is dropped.
 const BENT: f64 = 0.12;
 const OUTLYING: f64 = 2.5;
+
 /// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
 pub struct Anchor {
     sketch: u32,

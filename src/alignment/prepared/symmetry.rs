@@ -19,6 +19,7 @@ const REFINED: usize = 4;
 const FAR: f64 = 0.15;
 /// First steps of tilt (radians, nearly) and of offset.
 const SPREAD: [f64; 3] = [0.15, 0.15, 0.03];
+/// Where a search ends: tilts as small as the pixels of a view tell, and at the latest after so many steps.
 const TOLERANCE: Tolerance = Tolerance { point: 1e-3, value: 1e-5, steps: 120 };
 const SEED: u64 = 0;
 
