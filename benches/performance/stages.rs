@@ -136,7 +136,8 @@ impl Match {
 
     pub fn run(&self, sketch: &Sketch) -> MatchResult {
         let Match { known, settings, file } = self;
-        let surroundings = Surroundings { spectra: known, preparations: known, watcher: &Nobody, clock: &|| 0.0 };
+        let surroundings =
+            Surroundings { spectra: known, preparations: known, watcher: &Nobody, clock: &|| 0.0, preview: None };
         pipeline::run(sketch, file, settings, &surroundings).expect("the body can be matched")
     }
 }

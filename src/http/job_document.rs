@@ -52,7 +52,7 @@ pub enum Status {
 #[derive(Debug, Serialize, ToSchema)]
 pub struct Progress {
     /// The stage under way, once there is one: `spectrum`, `alignment`, `regions`, `descriptors`, `map`, `points` of a match,
-    /// `posing` of a pose.
+    /// and `preview` when `result?preview=true` is there; `posing` of a pose.
     /// `finished` with success; after a failure or a cancelling, the stage last reported.
     pub stage: Option<String>,
     /// The share of the whole that is done.

@@ -90,6 +90,15 @@ pub async fn result<T: Resource>(app: &App, id: &str) -> Result<Bytes, Problem> 
     app.store.result(id).await?.ok_or_else(|| Problem::not_found(format_args!("result of {} {id}", T::NOUN)))
 }
 
+/// What the result of a job that runs looks like at first sight, once that is known.
+///
+/// # Errors
+/// 404 where there is no such job.
+pub async fn preview<T: Resource>(app: &App, id: &str) -> Result<Option<Bytes>, Problem> {
+    found::<T>(app, id).await?;
+    Ok(app.store.previewed(id).await?)
+}
+
 /// Why a job has no result, in words.
 pub fn resultless<T: Resource>(job: &Job) -> String {
     let (noun, reason) = (T::NOUN, job.error.as_ref().and_then(|error| error.get("detail")?.as_str()));

@@ -144,7 +144,12 @@ function Fields({ name, field, fields, value, used, set }: Props & { fields: Rec
 }
 
 /** The fields of a group, each by itself. */
-function Members({ fields, value, used, set }: { fields: Record<string, Field> } & Pick<Props, "value" | "used"> & { set: (group: Group | undefined) => void }) {
+function Members({
+  fields,
+  value,
+  used,
+  set,
+}: { fields: Record<string, Field> } & Pick<Props, "value" | "used"> & { set: (group: Group | undefined) => void }) {
   return Object.entries(fields).map(([key, inner]) => (
     <FieldInput
       key={key}
