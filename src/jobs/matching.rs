@@ -22,9 +22,9 @@ impl Task for Settings {
 
     /// The correspondence of the sketch and the mesh.
     fn run(self, id: &str, bench: &Bench, progress: &Progress) -> Result<MatchResult, Failure> {
-        let sketch = bench.runtime.block_on(bench.store.sketch(&self.sketch))?;
+        let sketch = bench.answer(bench.store.sketch(&self.sketch), progress)?;
         let sketch = sketch.ok_or_else(|| Failure::refused(format_args!("there is no sketch {}", self.sketch), &[]))?;
-        let mesh = bench.runtime.block_on(bench.store.mesh(&self.mesh))?;
+        let mesh = bench.answer(bench.store.mesh(&self.mesh), progress)?;
         let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", self.mesh), &[]))?;
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64() * 1e3;

@@ -12,6 +12,7 @@ mod preparations;
 mod progress;
 mod single_flight;
 mod spectra;
+mod waiting;
 
 pub use bench::Bench;
 pub use decomposition::Decomposition;

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use tokio::runtime::Handle;
 
 use super::single_flight::SingleFlight;
+use super::waiting::awaited;
 use crate::alignment::prepared::PreparedMesh;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Cancelled, Watch};
@@ -28,14 +29,18 @@ impl pipeline::Preparations for CachedPreparations {
         let hash = mesh.content_hash();
         let _flight = self.flights.board(hash, watch)?;
         // A cache that fails costs time, not the answer.
-        let cached = self.runtime.block_on(self.store.preparation(&hash));
+        let cached = awaited(&self.runtime, self.store.preparation(&hash), || watch.proceed(0.0))?;
         if let Ok(Some(prepared)) = cached.inspect_err(|error| tracing::warn!(%error, "no prepared mesh can be read")) {
             return Ok(Arc::new(prepared));
         }
-        let prepared = PreparedMesh::new(mesh, watch)?;
-        if let Err(error) = self.runtime.block_on(self.store.put_preparation(&hash, &prepared)) {
-            tracing::warn!(%error, "a prepared mesh cannot be kept");
-        }
-        Ok(Arc::new(prepared))
+        let prepared = Arc::new(PreparedMesh::new(mesh, watch)?);
+        let (store, made) = (self.store.clone(), prepared.clone());
+        // Carried through where nobody waits for it any more.
+        let kept = self.runtime.spawn(async move {
+            if let Err(error) = store.put_preparation(&hash, made).await {
+                tracing::warn!(%error, "a prepared mesh cannot be kept");
+            }
+        });
+        awaited(&self.runtime, kept, || watch.proceed(0.5)).map(|_| prepared)
     }
 }

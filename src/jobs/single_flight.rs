@@ -1,12 +1,9 @@
 use std::collections::HashSet;
 use std::hash::Hash;
 use std::sync::{Condvar, Mutex, PoisonError};
-use std::time::Duration;
 
+use super::waiting::PATIENCE;
 use crate::numerics::{Cancelled, Watch};
-
-/// How often somebody who waits asks whether to go on waiting.
-const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Computations under way, by key: whoever comes second waits for the first instead of doing the same.
 pub struct SingleFlight<K> {

@@ -3,9 +3,10 @@ use std::sync::Arc;
 use tokio::runtime::Handle;
 
 use super::single_flight::SingleFlight;
+use super::waiting::awaited;
 use crate::mesh::TriangleMesh;
-use crate::numerics::Watch;
 use crate::numerics::block_lanczos::EigenError;
+use crate::numerics::{Cancelled, Watch};
 use crate::pipeline;
 use crate::spectral::{self, Boundary, SpectralError, Spectrum};
 use crate::store::{SpectrumKey, Store};
@@ -24,15 +25,20 @@ impl CachedSpectra {
     }
 
     /// A cache that fails costs time, not the answer.
-    fn cached(&self, key: &SpectrumKey, k: usize) -> Option<Spectrum> {
-        let found = self.runtime.block_on(self.store.spectrum(key, k));
-        found.inspect_err(|error| tracing::warn!(%error, "no spectrum can be read")).ok().flatten()
+    fn cached(&self, key: &SpectrumKey, k: usize, watch: &dyn Watch) -> Result<Option<Spectrum>, Cancelled> {
+        let found = awaited(&self.runtime, self.store.spectrum(key, k), || watch.proceed(0.0))?;
+        Ok(found.inspect_err(|error| tracing::warn!(%error, "no spectrum can be read")).ok().flatten())
     }
 
-    fn keep(&self, key: &SpectrumKey, spectrum: &Spectrum) {
-        if let Err(error) = self.runtime.block_on(self.store.put_spectrum(key, spectrum)) {
-            tracing::warn!(%error, "a spectrum cannot be kept");
-        }
+    /// Keeps a spectrum, which is carried through where nobody waits for it any more.
+    fn keep(&self, key: SpectrumKey, spectrum: Arc<Spectrum>, watch: &dyn Watch) -> Result<(), Cancelled> {
+        let store = self.store.clone();
+        let kept = self.runtime.spawn(async move {
+            if let Err(error) = store.put_spectrum(&key, spectrum).await {
+                tracing::warn!(%error, "a spectrum cannot be kept");
+            }
+        });
+        awaited(&self.runtime, kept, || watch.proceed(1.0)).map(|_| ())
     }
 }
 
@@ -46,11 +52,11 @@ impl pipeline::Spectra for CachedSpectra {
     ) -> Result<Arc<Spectrum>, SpectralError> {
         let key = SpectrumKey { shape_hash: mesh.content_hash(), boundary };
         let _flight = self.flights.board(key, watch).map_err(EigenError::from)?;
-        if let Some(spectrum) = self.cached(&key, k) {
+        if let Some(spectrum) = self.cached(&key, k, watch).map_err(EigenError::from)? {
             return Ok(Arc::new(spectrum));
         }
-        let spectrum = spectral::spectrum(mesh, k, boundary, watch)?;
-        self.keep(&key, &spectrum);
-        Ok(Arc::new(spectrum))
+        let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
+        self.keep(key, spectrum.clone(), watch).map_err(EigenError::from)?;
+        Ok(spectrum)
     }
 }
