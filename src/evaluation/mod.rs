@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
+use crate::numerics::Unwatched;
 
 /// The true correspondence of p points of a sketch.
 ///
@@ -63,7 +64,7 @@ fn distances_from_answers(marching: &Marching, answers: &[u32], variants: [&Vec<
     order.sort_by_key(|&point| answers[point]);
     let mut errors = [(); 4].map(|()| vec![0.0; answers.len()]);
     for points in order.chunk_by(|&p, &q| answers[p] == answers[q]) {
-        let distances = marching.distances(&[answers[points[0]]]);
+        let distances = marching.distances(&[answers[points[0]]], &Unwatched).expect("nobody says stop");
         for &point in points {
             for (errors, variant) in errors.iter_mut().zip(variants) {
                 errors[point] = distances[variant[point] as usize];

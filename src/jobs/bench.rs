@@ -1,18 +1,21 @@
 //! What jobs work with.
 
+use std::future::Future;
+
 use tokio::runtime::Handle;
 
 use super::preparations::CachedPreparations;
 use super::spectra::CachedSpectra;
-use crate::store::Store;
+use super::waiting::awaited;
+use super::{Failure, Progress};
+use crate::store::{Store, StoreError};
 
 /// The store, and what is kept there for all jobs.
 pub struct Bench {
     pub store: Store,
     pub spectra: CachedSpectra,
     pub preparations: CachedPreparations,
-    /// What computations wait for the store by.
-    pub runtime: Handle,
+    runtime: Handle,
 }
 
 impl Bench {
@@ -20,5 +23,17 @@ impl Bench {
     pub fn new(store: Store) -> Bench {
         let (spectra, preparations) = (CachedSpectra::new(store.clone()), CachedPreparations::new(store.clone()));
         Bench { store, spectra, preparations, runtime: Handle::current() }
+    }
+
+    /// What the store answers, waited for as long as the job is to go on.
+    ///
+    /// # Errors
+    /// [`Failure`] of the store, or where the job is told to stop.
+    pub fn answer<T>(
+        &self,
+        asked: impl Future<Output = Result<T, StoreError>>,
+        progress: &Progress,
+    ) -> Result<T, Failure> {
+        Ok(awaited(&self.runtime, asked, || progress.going())??)
     }
 }

@@ -4,6 +4,7 @@ use bytes::Bytes;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::waiting::Writing;
 use super::{Bench, Failure, Progress};
 use crate::store::{Lease, NewJob};
 
@@ -74,7 +75,13 @@ impl Kind {
 fn run<T: Task>(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
     let task: T = serde_json::from_str(&lease.payload).map_err(|error| Failure::internal(error, false))?;
     let outcome = task.run(&lease.job.id, bench, progress)?;
-    Ok(serde_json::to_vec(&outcome).map_err(|error| Failure::internal(error, false))?.into())
+    let mut writing = Writing::new(|| progress.going());
+    match serde_json::to_writer(&mut writing, &outcome) {
+        Ok(()) => Ok(writing.bytes.into()),
+        // Nothing else keeps bytes from being written to memory.
+        Err(error) if error.is_io() => Err(Failure::Stopped),
+        Err(error) => Err(Failure::internal(error, false)),
+    }
 }
 
 #[cfg(test)]

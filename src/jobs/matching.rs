@@ -22,14 +22,20 @@ impl Task for Settings {
 
     /// The correspondence of the sketch and the mesh.
     fn run(self, id: &str, bench: &Bench, progress: &Progress) -> Result<MatchResult, Failure> {
-        let sketch = bench.runtime.block_on(bench.store.sketch(&self.sketch))?;
+        let sketch = bench.answer(bench.store.sketch(&self.sketch), progress)?;
         let sketch = sketch.ok_or_else(|| Failure::refused(format_args!("there is no sketch {}", self.sketch), &[]))?;
-        let mesh = bench.runtime.block_on(bench.store.mesh(&self.mesh))?;
+        let mesh = bench.answer(bench.store.mesh(&self.mesh), progress)?;
         let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", self.mesh), &[]))?;
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64() * 1e3;
         let Bench { spectra, preparations, .. } = bench;
-        let surroundings = Surroundings { spectra, preparations, watcher: progress, clock: &clock };
+        let preview = |result: MatchResult| {
+            let result = MatchResult { id: Some(id.to_owned()), ..result };
+            // Numbers and strings are always written.
+            progress.preview(serde_json::to_vec(&result).unwrap_or_default().into());
+        };
+        let surroundings =
+            Surroundings { spectra, preparations, watcher: progress, clock: &clock, preview: Some(&preview) };
         let result = pipeline::run(&sketch, &mesh, &self, &surroundings)?;
         measure(&result.timings_ms);
         Ok(MatchResult { id: Some(id.to_owned()), ..result })

@@ -12,6 +12,7 @@ pub mod posing;
 mod preparations;
 mod progress;
 mod spectra;
+mod waiting;
 
 pub use bench::Bench;
 pub use decomposition::Decomposition;

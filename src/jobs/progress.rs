@@ -1,6 +1,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use bytes::Bytes;
+use tokio::sync::Notify;
+
 use crate::numerics::{Cancelled, Watch};
 use crate::pipeline::{Stage, Watcher};
 
@@ -9,6 +12,8 @@ use crate::pipeline::{Stage, Watcher};
 pub struct Progress {
     stopped: AtomicBool,
     at: Mutex<(&'static str, f64)>,
+    preview: Mutex<Option<Bytes>>,
+    previewed: Notify,
 }
 
 impl Progress {
@@ -17,9 +22,33 @@ impl Progress {
         *self.at.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Shows what the outcome looks like at first sight, in JSON.
+    pub fn preview(&self, preview: Bytes) {
+        *self.preview.lock().unwrap_or_else(PoisonError::into_inner) = Some(preview);
+        self.previewed.notify_one();
+    }
+
+    /// What is shown next.
+    pub async fn previewed(&self) -> Bytes {
+        loop {
+            self.previewed.notified().await;
+            if let Some(preview) = self.preview.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                return preview;
+            }
+        }
+    }
+
     /// Has the computation end at its next question.
     pub fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether to go on, wherever the computation is.
+    ///
+    /// # Errors
+    /// [`Cancelled`] where it is to stop.
+    pub fn going(&self) -> Result<(), Cancelled> {
+        if self.stopped.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
     }
 
     /// The progress of a job that is one stage of this name.
@@ -29,7 +58,7 @@ impl Progress {
 
     fn reach(&self, stage: &'static str, fraction: f64) -> Result<(), Cancelled> {
         *self.at.lock().unwrap_or_else(PoisonError::into_inner) = (stage, fraction);
-        if self.stopped.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+        self.going()
     }
 }
 

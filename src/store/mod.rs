@@ -18,6 +18,7 @@ mod notices;
 mod page;
 mod place;
 mod preparations;
+mod previews;
 mod queue;
 mod sealed;
 mod shapes;

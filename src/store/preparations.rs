@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::{Store, StoreError, blocking};
 use crate::alignment::prepared::{PREPARATION_VERSION, PreparedMesh};
 use crate::numerics::instruction_set;
@@ -19,9 +21,15 @@ impl Store {
     ///
     /// # Errors
     /// What the disk said.
-    pub async fn put_preparation(&self, mesh: &blake3::Hash, prepared: &PreparedMesh) -> Result<(), StoreError> {
-        let bytes = postcard::to_stdvec(prepared).map_err(|error| StoreError::damaged("the preparation", error))?;
-        self.blobs.put(&blob(mesh), bytes).await
+    pub async fn put_preparation(
+        &self,
+        mesh: &blake3::Hash,
+        prepared: impl Into<Arc<PreparedMesh>>,
+    ) -> Result<(), StoreError> {
+        let prepared = prepared.into();
+        let encoded =
+            move || postcard::to_stdvec(&*prepared).map_err(|error| StoreError::damaged("the preparation", error));
+        self.blobs.put(&blob(mesh), blocking(encoded).await?).await
     }
 
     /// What making the mesh of that content ready is claimed by.
@@ -54,7 +62,7 @@ mod tests {
         let mesh = tetrahedron();
         let (hash, prepared) = (mesh.content_hash(), PreparedMesh::new(&mesh, &Unwatched).unwrap());
         assert_eq!(store.preparation(&hash).await.unwrap(), None);
-        store.put_preparation(&hash, &prepared).await.unwrap();
+        store.put_preparation(&hash, prepared.clone()).await.unwrap();
         drop(store);
         let store = open(&directory).await;
         assert_eq!(store.preparation(&hash).await.unwrap().as_ref(), Some(&prepared));
@@ -63,7 +71,7 @@ mod tests {
         for damaged in damaged(&whole) {
             fs::write(&file, damaged).unwrap();
             assert_eq!(store.preparation(&hash).await.unwrap(), None);
-            store.put_preparation(&hash, &prepared).await.unwrap();
+            store.put_preparation(&hash, prepared.clone()).await.unwrap();
             assert_eq!(fs::read(&file).unwrap(), whole);
         }
         store.blobs.put(&blob(&hash), b"no".to_vec()).await.unwrap();
