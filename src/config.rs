@@ -10,19 +10,61 @@ use bytesize::ByteSize;
 use clap::Args;
 
 use sketchmatch::http::origin::Origin;
+use sketchmatch::store::{BlobUrl, DatabaseUrl};
 use sketchmatch::{http, store, worker};
+
+/// Where everything is kept: the same for every node.
+#[derive(Debug, Args)]
+pub struct StoreOptions {
+    /// Directory of the database and the blobs, as far as they are not elsewhere.
+    #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
+    pub data_dir: PathBuf,
+    /// PostgreSQL database that many nodes share, postgres://user:password@host/database [default: SQLite in the data
+    /// directory, for one process].
+    #[arg(long, env = "SKETCHMATCH_DATABASE_URL", hide_env_values = true)]
+    pub database_url: Option<DatabaseUrl>,
+    /// Place of the blobs, s3://bucket/prefix or file:///folder [default: the data directory]. For S3, AWS_ACCESS_KEY_ID,
+    /// AWS_SECRET_ACCESS_KEY, AWS_REGION, AWS_ENDPOINT_URL and the like are read from the environment.
+    #[arg(long, env = "SKETCHMATCH_BLOB_URL")]
+    pub blob_url: Option<BlobUrl>,
+}
+
+impl StoreOptions {
+    pub fn config(&self) -> store::Config {
+        let StoreOptions { data_dir, database_url, blob_url } = self;
+        store::Config { data_dir: data_dir.clone(), database_url: database_url.clone(), blob_url: blob_url.clone() }
+    }
+}
+
+/// How a node computes.
+#[derive(Debug, Args)]
+pub struct WorkerOptions {
+    /// Matches computed at one time; 0 where other nodes do [default: the number of processors].
+    #[arg(long, env = "SKETCHMATCH_WORKERS")]
+    pub workers: Option<u16>,
+    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_job_seconds: u64,
+}
+
+impl WorkerOptions {
+    pub fn config(&self) -> worker::Config {
+        let default = worker::Config::default();
+        let longest_job = Duration::from_secs(self.max_job_seconds);
+        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
+    }
+}
 
 #[derive(Debug, Args)]
 pub struct ServeOptions {
     /// Address or name, and port, to listen on.
     #[arg(long, env = "SKETCHMATCH_LISTEN", default_value = "127.0.0.1:8080", value_parser = Listen::resolve)]
     pub listen: Listen,
-    /// Directory of the database and the blobs.
-    #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
-    pub data_dir: PathBuf,
-    /// Matches computed at one time [default: the number of processors].
-    #[arg(long, env = "SKETCHMATCH_WORKERS", value_parser = clap::value_parser!(u16).range(1..))]
-    pub workers: Option<u16>,
+    #[command(flatten)]
+    pub store: StoreOptions,
+    #[command(flatten)]
+    pub worker: WorkerOptions,
     /// Serve anybody who can reach an address that is not loopback.
     #[arg(long, env = "SKETCHMATCH_NO_AUTH")]
     pub no_auth: bool,
@@ -62,10 +104,6 @@ pub struct ServeOptions {
     /// Memory one job may take, as estimated from its shapes before it is queued.
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_MEMORY", default_value_t = size(http::Config::default().max_job_memory))]
     pub max_job_memory: ByteSize,
-    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
-    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
-        value_parser = clap::value_parser!(u64).range(1..))]
-    pub max_job_seconds: u64,
     /// Most jobs that wait.
     #[arg(long, env = "SKETCHMATCH_MAX_QUEUE", default_value_t = http::Config::default().max_queue)]
     pub max_queue: usize,
@@ -142,16 +180,6 @@ impl ServeOptions {
             ..http::Config::default()
         }
     }
-
-    pub fn store(&self) -> store::Config {
-        store::Config { data_dir: self.data_dir.clone() }
-    }
-
-    pub fn worker(&self) -> worker::Config {
-        let default = worker::Config::default();
-        let longest_job = Duration::from_secs(self.max_job_seconds);
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
-    }
 }
 
 #[cfg(test)]
@@ -194,6 +222,15 @@ mod tests {
         assert!(serve(&["--listen", "localhost:8080"]).check_exposure().is_ok());
         assert!(serve(&["--listen", "0.0.0.0:8080"]).check_exposure().is_err());
         assert!(serve(&["--listen", "0.0.0.0:8080", "--no-auth"]).check_exposure().is_ok());
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_is_refused() {
+        for arguments in [["--database-url", "mysql://host/database"], ["--blob-url", "data/blobs"]] {
+            assert!(read(&arguments).is_err(), "{arguments:?}");
+        }
+        let store = serve(&["--database-url", "postgres://me:secret@host/database", "--blob-url", "s3://bucket"]);
+        assert!(!format!("{store:?}").contains("secret"));
     }
 
     #[test]

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::single_flight::SingleFlight;
+use super::once::once;
 use super::waiting::awaited;
 use crate::mesh::TriangleMesh;
 use crate::numerics::block_lanczos::EigenError;
@@ -11,17 +11,16 @@ use crate::pipeline;
 use crate::spectral::{self, Boundary, SpectralError, Spectrum};
 use crate::store::{SpectrumKey, Store};
 
-/// Spectra out of the store, computed and kept where they are not there yet; each by one job at a time.
+/// Spectra out of the store, computed and kept where they are not there yet; each by one job of all nodes.
 pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
-    flights: SingleFlight<SpectrumKey>,
 }
 
 impl CachedSpectra {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: Handle::current(), flights: SingleFlight::new() }
+        CachedSpectra { store, runtime: Handle::current() }
     }
 
     /// A cache that fails costs time, not the answer.
@@ -51,12 +50,12 @@ impl pipeline::Spectra for CachedSpectra {
         watch: &dyn Watch,
     ) -> Result<Arc<Spectrum>, SpectralError> {
         let key = SpectrumKey { shape_hash: mesh.content_hash(), boundary };
-        let _flight = self.flights.board(key, watch).map_err(EigenError::from)?;
-        if let Some(spectrum) = self.cached(&key, k, watch).map_err(EigenError::from)? {
-            return Ok(Arc::new(spectrum));
-        }
-        let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
-        self.keep(key, spectrum.clone(), watch).map_err(EigenError::from)?;
-        Ok(spectrum)
+        let cached = || Ok(self.cached(&key, k, watch)?.map(Arc::new));
+        let compute = || {
+            let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
+            self.keep(key, spectrum.clone(), watch).map_err(EigenError::from)?;
+            Ok(spectrum)
+        };
+        once((&self.store, &self.runtime), &self.store.spectrum_name(&key, k), watch, cached, compute)
     }
 }

@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use super::{Store, StoreError, blocking};
 use crate::alignment::prepared::{PREPARATION_VERSION, PreparedMesh};
+use crate::numerics::instruction_set;
 
 impl Store {
     /// The mesh of that content made ready for the alignment, where it is cached; nothing where it is damaged, so that
@@ -30,10 +31,15 @@ impl Store {
             move || postcard::to_stdvec(&*prepared).map_err(|error| StoreError::damaged("the preparation", error));
         self.blobs.put(&blob(mesh), blocking(encoded).await?).await
     }
+
+    /// What making the mesh of that content ready is claimed by.
+    pub fn preparation_name(&self, mesh: &blake3::Hash) -> String {
+        blob(mesh)
+    }
 }
 
 fn blob(mesh: &blake3::Hash) -> String {
-    format!("preparations/{}/{PREPARATION_VERSION}", mesh.to_hex())
+    format!("preparations/{}/{PREPARATION_VERSION}-{}", mesh.to_hex(), instruction_set())
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
 use super::tensors::{self, Array};
 use super::{Store, StoreError, blocking};
+use crate::numerics::instruction_set;
 use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum, rung};
 
 /// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
@@ -13,7 +14,7 @@ const OPERATOR: &str = "cotangent-mixed";
 /// Rows of eigenfunctions that are decoded together.
 const ROWS: usize = 64;
 
-/// What a spectrum is of. Operator and version of the solver are added where it is stored.
+/// What a spectrum is of. Operator, version of the solver and instruction set are added where it is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SpectrumKey {
     /// Content of the mesh that was decomposed.
@@ -27,11 +28,17 @@ impl SpectrumKey {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
         };
-        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}", self.shape_hash.to_hex())
+        let instructions = instruction_set();
+        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}-{instructions}", self.shape_hash.to_hex())
     }
 }
 
 impl Store {
+    /// What the computation of at least `k` eigenpairs is claimed by.
+    pub fn spectrum_name(&self, key: &SpectrumKey, k: usize) -> String {
+        blob(&key.folder(), rung(k))
+    }
+
     /// At least `k` eigenpairs where they are cached, and just those that would be computed: [`rung`] of them, or all
     /// there are. A longer spectrum cut short has other functions within repeated eigenvalues. Nothing where it is
     /// damaged, so that it is computed and written anew.

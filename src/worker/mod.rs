@@ -29,13 +29,17 @@ use workshop::Workshop;
 /// How often the queue is looked at when nobody tells of a change: jobs that have rested enough do not.
 const POLL: Duration = Duration::from_secs(1);
 
+/// How often blobs that nothing names are looked for, and how old they have to be: nobody who writes one takes as long to
+/// name it.
+const SWEEP: Duration = Duration::from_secs(3600);
+
 /// How long running jobs may go on after the stop: with what follows it fits the 10 s that `docker stop` waits.
 const GRACE: Duration = Duration::from_secs(6);
 
 /// How the worker behaves.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Jobs computed at the same time, each on a thread of its own; at least 1.
+    /// Jobs computed at the same time, each on a thread of its own; with none the queue is looked after all the same.
     pub workers: usize,
     /// How long running jobs may go on after the stop, before they are given back to the queue.
     pub grace: Duration,
@@ -71,8 +75,9 @@ fn compute(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
 async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &CancellationToken) {
     let attempts = TaskTracker::new();
     tokio::join!(
-        claim_until(shutdown, workshop, &attempts, config.workers.max(1)),
-        reap_until(shutdown, workshop.store())
+        claim_until(shutdown, workshop, &attempts, config.workers),
+        reap_until(shutdown, workshop.store()),
+        sweep_until(shutdown, workshop.store())
     );
     attempts.close();
     if timeout(config.grace, attempts.wait()).await.is_err() {
@@ -120,6 +125,21 @@ async fn reap_until(shutdown: &CancellationToken, store: &Store) {
             Ok(0) => {}
             Ok(jobs) => tracing::warn!(jobs, "leases ran out: the jobs are queued again, or failed at their last try"),
             Err(error) => tracing::error!(%error, "leases cannot be checked"),
+        }
+    }
+}
+
+/// Sets aside what nodes that died left among the blobs, one node at a time.
+async fn sweep_until(shutdown: &CancellationToken, store: &Store) {
+    while shutdown.run_until_cancelled(sleep(SWEEP)).await.is_some() {
+        let swept = async {
+            let claim = store.take("sweep").await?;
+            if claim.is_some() { store.sweep(SWEEP).await } else { Ok(0) }
+        };
+        match shutdown.run_until_cancelled(swept).await {
+            Some(Err(error)) => tracing::error!(%error, "the blobs cannot be swept"),
+            Some(Ok(blobs)) => tracing::debug!(blobs, "the blobs are swept"),
+            None => {}
         }
     }
 }

@@ -13,10 +13,13 @@ mod hang_ups;
 mod headers;
 mod hostile_drawings;
 mod logs;
+mod nodes;
 mod openapi;
 mod pictures;
 mod poses;
 mod program;
+#[path = "../../src/store/database/testing/schema.rs"]
+mod schema;
 mod server;
 mod spectra;
 mod uploads;
