@@ -4,9 +4,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Value, json};
 use sketchmatch::correspondence::{functional_map, points};
-use sketchmatch::evaluation::{Truth, answers, errors, mean};
+use sketchmatch::evaluation::measures::mean;
+use sketchmatch::evaluation::pairs::Truth;
 use sketchmatch::example;
 use sketchmatch::mesh::TriangleMesh;
+use sketchmatch::mesh::file_mesh::FileMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched};
@@ -86,6 +88,7 @@ fn eigenvalues_agree_with_those_of_scipy() {
 fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis() {
     for creature in ["quadruped", "biped"] {
         let Case { sketch, mesh, truth } = sized(creature, 5000, 800);
+        let file = FileMesh::from(mesh.clone());
         let at: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v)).collect();
         // The true image of a vertex of the sketch: that of the nearest point of the truth.
         let nearest = |[x, y]: [f64; 2]| {
@@ -93,7 +96,7 @@ fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis
             let points = &truth.points;
             (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b]))).unwrap()
         };
-        let map: Vec<u32> = at.iter().map(|&p| truth.variants.front[nearest(p)]).collect();
+        let map: Vec<u32> = at.iter().map(|&p| truth.variants["front"][nearest(p)] as u32).collect();
         // What was measured on other shapes is 0.044 and 0.016.
         for (k, limit) in [(20, 0.05), (100, 0.02)] {
             let [phi, psi] = [sketch.mesh(), &mesh]
@@ -101,7 +104,7 @@ fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis
             let (phi, psi, mass) = (phi.eigenfunctions.as_ref(), psi.eigenfunctions.as_ref(), &phi.mass);
             let c = functional_map(phi, mass, psi, &map);
             let read = points::by_nearest_neighbour(c.as_ref(), phi, psi, &Unwatched).unwrap();
-            let error = mean(&errors(&mesh, &truth, &answers(&truth, &at, &read)).coherent);
+            let error = mean(truth.errors(&file, &truth.answers(&at, &read)).coherent());
             assert!(error < limit, "{creature}, k = {k}: {error}");
         }
     }
@@ -134,7 +137,8 @@ fn a_shape_matched_with_itself_gives_the_identity() {
 fn error(case: &Case, result: &MatchResult) -> f64 {
     let at: Vec<[f64; 2]> = result.correspondences.iter().map(|c| c.point).collect();
     let to: Vec<u32> = result.correspondences.iter().map(|c| c.mesh_vertex).collect();
-    mean(&errors(&case.mesh, &case.truth, &answers(&case.truth, &at, &to)).coherent)
+    let mesh = FileMesh::from(case.mesh.clone());
+    mean(case.truth.errors(&mesh, &case.truth.answers(&at, &to)).coherent())
 }
 
 /// The case with another mesh, its vertices moved one by one.

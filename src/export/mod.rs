@@ -3,6 +3,7 @@
 //! The service and the program write the same files.
 
 pub mod correspondences;
+pub mod evaluation;
 pub mod functional_map;
 pub mod geometry;
 mod npy;

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::Unreadable;
+use crate::evaluation::pairs;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{self, Choice, Config, DEFAULT_TARGET_VERTICES, Sketch};
 
@@ -26,17 +27,10 @@ pub struct Case {
 
 /// What is known of how a sketch and a mesh correspond.
 pub enum Truth {
-    /// Points, and their vertices in each way a silhouette can be read; −1 is unknown.
-    Dense { side: bool, points: Vec<[f64; 2]>, variants: Vec<Vec<i64>> },
+    /// Points, and their vertices in each way a silhouette can be read.
+    Dense(pairs::Truth),
     /// Points, and the vertices that are right for each.
     Landmarks(Vec<([f64; 2], Vec<u32>)>),
-}
-
-#[derive(Deserialize)]
-struct Dense {
-    side: bool,
-    points: Vec<[f64; 2]>,
-    variants: BTreeMap<String, Vec<i64>>,
 }
 
 #[derive(Deserialize)]
@@ -74,7 +68,6 @@ fn silhouettes(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
     folders.retain(|folder| folder.join("truth.json").exists());
     folders.sort_unstable();
     let case = |folder: PathBuf| {
-        let Dense { side, points, variants } = parsed(&folder.join("truth.json"))?;
         let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         Ok(Case {
             base: name.split("__").next().unwrap_or_default().to_owned(),
@@ -83,7 +76,7 @@ fn silhouettes(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
             drawing: folder.join("sketch.json"),
             media_type: "application/json".to_owned(),
             mesh: folder.join("mesh.off"),
-            truth: Truth::Dense { side, points, variants: variants.into_values().collect() },
+            truth: Truth::Dense(parsed(&folder.join("truth.json"))?),
         })
     };
     folders.into_iter().map(case).collect()
@@ -152,7 +145,7 @@ impl Truth {
             (0..places.len()).min_by(|&a, &b| squared(&places[a]).total_cmp(&squared(&places[b]))).unwrap_or(0)
         };
         match self {
-            Truth::Dense { side, points, variants } => {
+            Truth::Dense(pairs::Truth { side, points, variants }) => {
                 let nearest: Vec<usize> = points.iter().map(nearest).collect();
                 let scale = if *side { 0.5f64.sqrt() } else { 1.0 };
                 let errors = |variant: &Vec<i64>| -> Vec<(usize, f64)> {
@@ -161,7 +154,7 @@ impl Truth {
                     };
                     nearest.iter().zip(variant).filter_map(error).collect()
                 };
-                let all = variants.iter().map(errors);
+                let all = variants.values().map(errors);
                 all.min_by(|a, b| mean(a).total_cmp(&mean(b))).unwrap_or_default()
             }
             Truth::Landmarks(landmarks) => {

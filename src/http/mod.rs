@@ -5,6 +5,7 @@
 
 mod body;
 mod connections;
+mod evaluations;
 mod events;
 mod examples;
 mod front_page;

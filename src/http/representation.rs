@@ -87,6 +87,21 @@ impl Wanted {
         written.await?.map_err(Problem::internal)
     }
 
+    /// The answer to a call that sent what it is made of: with the body that `write` makes in this form, and nothing by which
+    /// to keep it.
+    ///
+    /// # Errors
+    /// 500 where `write` fails.
+    pub async fn answer_once<E: Display + Send + 'static>(
+        self,
+        app: &App,
+        write: impl FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let media_type = self.media_type;
+        let body = app.off_runtime(move || write(media_type)).await?.map_err(Problem::internal)?;
+        Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
+    }
+
     /// The answer with a body that never changes: with a strong entity tag, or 304 where the client has it.
     fn immutable(mut self, body: Bytes) -> Response {
         let tag = self.tag.get_or_insert_with(|| tag_of(blake3::hash(&body)));

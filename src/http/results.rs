@@ -14,7 +14,7 @@ use crate::export::{correspondences, functional_map};
 use crate::pipeline::Settings;
 use crate::pipeline::outcome::MatchResult;
 
-const CSV: &str = "text/csv";
+pub(super) const CSV: &str = "text/csv";
 
 /// Answers the result of a match.
 ///

@@ -43,6 +43,17 @@ pub struct MatchResult {
     pub warnings: Vec<String>,
 }
 
+impl MatchResult {
+    /// The vertex of the user's mesh for every vertex of the sketch: of the answer, or of an alternative; nothing where
+    /// there is no such one.
+    pub fn answers(&self, alternative: Option<usize>) -> Option<Vec<u32>> {
+        match alternative {
+            Some(number) => Some(self.alternatives.get(number)?.mesh_vertices.clone()),
+            None => Some(self.correspondences.iter().map(|correspondence| correspondence.mesh_vertex).collect()),
+        }
+    }
+}
+
 /// How far a match is to be trusted, by the measured errors of matches of the same confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

@@ -14,7 +14,7 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    App, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses, regularisers,
+    App, evaluations, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses, regularisers,
     results, sketches, spectra,
 };
 
@@ -53,6 +53,7 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(matches::read, matches::end))
         .routes(routes!(matches::cancel))
         .routes(routes!(results::read))
+        .routes(routes!(evaluations::create))
         .routes(routes!(pictures::of_match))
         .routes(routes!(pictures::of_matrix))
         .routes(routes!(pictures::of_mesh))
