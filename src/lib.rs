@@ -80,6 +80,10 @@ pub mod intake;
 #[cfg(feature = "service")]
 pub mod export;
 
+/// Many requests over many cases whose truth is known, judged, as tables and plots.
+#[cfg(feature = "service")]
+pub mod experiments;
+
 /// What can be put into the queue: each kind of job with what it needs, does and answers.
 #[cfg(feature = "service")]
 pub mod jobs;

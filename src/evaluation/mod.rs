@@ -4,6 +4,7 @@
 pub mod labels;
 pub mod measures;
 pub mod pairs;
+pub mod regions;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

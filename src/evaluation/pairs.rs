@@ -142,7 +142,8 @@ impl Truth {
         let passed = vertices.saturating_mul(p);
         if faults.is_empty() && passed > MAX_PASSED {
             let most = MAX_PASSED / vertices.max(1);
-            let detail = format!("{p} points are too many on a mesh of {vertices} vertices: up to {most} can be judged");
+            let detail =
+                format!("{p} points are too many on a mesh of {vertices} vertices: up to {most} can be judged");
             faults.push(Fault::new("/pairs/points", detail));
         }
         faults
@@ -294,7 +295,8 @@ mod tests {
         assert_eq!(faults(&|t| t.variants.get_mut("front").unwrap().truncate(2)), ["/pairs/variants/front"]);
         assert_eq!(faults(&|t| *t.variants.get_mut("front").unwrap() = vec![-1; 3]), ["/pairs/variants/front"]);
         assert_eq!(faults(&|t| drop(t.variants.insert("a/b".to_owned(), vec![]))), ["/pairs/variants/a~1b"]);
-        let many = Truth { points: vec![[0.0; 2]; 9_000], variants: [("a".to_owned(), vec![0; 9_000])].into(), side: true };
+        let many =
+            Truth { points: vec![[0.0; 2]; 9_000], variants: [("a".to_owned(), vec![0; 9_000])].into(), side: true };
         assert_eq!(many.faults(6_000)[0].pointer, "/pairs/points");
     }
 }

@@ -26,8 +26,7 @@ pub fn csv(evaluation: &Evaluation) -> Bytes {
         Evaluation::Labels(labels) => {
             table.push_str("sketch_vertex,label,mesh_vertex,found\r\n");
             for row in &labels.answers {
-                let _ =
-                    write!(table, "{},{},{},{}\r\n", row.sketch_vertex, row.label, row.mesh_vertex, row.found);
+                let _ = write!(table, "{},{},{},{}\r\n", row.sketch_vertex, row.label, row.mesh_vertex, row.found);
             }
         }
     }

@@ -51,7 +51,8 @@ impl Writing {
             Anchor::Middle => self.at[0] - 0.5 * length,
             Anchor::End => self.at[0] - length,
         };
-        let (left, top) = (left.round().max(0.0) as usize, (self.at[1] - 0.5 * f64::from(LINE)).round().max(0.0) as usize);
+        let (left, top) =
+            (left.round().max(0.0) as usize, (self.at[1] - 0.5 * f64::from(LINE)).round().max(0.0) as usize);
         let (picture_width, letter) = (picture_width as usize, width(" ") as usize);
         for (i, character) in self.text.chars().enumerate() {
             let Some(raster) = get_raster(character, FontWeight::Regular, RasterHeight::Size16) else { continue };

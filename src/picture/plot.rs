@@ -140,9 +140,8 @@ impl Sheet {
             let hue = curve.colour % HUES.len();
             let (colour, dashes) = (colour(hue), DASHES[dashed[hue] % DASHES.len()]);
             dashed[hue] += 1;
-            let place = |&[x, y]: &[f64; 2]| {
-                [left + plot.across.share(x) * FRAME[0], bottom - plot.up.share(y) * FRAME[1]]
-            };
+            let place =
+                |&[x, y]: &[f64; 2]| [left + plot.across.share(x) * FRAME[0], bottom - plot.up.share(y) * FRAME[1]];
             let points: Vec<[f64; 2]> = curve.points.iter().map(place).collect();
             self.line(&points, colour, 2.0, dashes);
             let y = bottom + BELOW + (i as f64 + 0.5) * ROW;
@@ -202,7 +201,8 @@ mod tests {
     fn curves_run_within_the_frame_and_are_named() {
         let text = svg(&[plot(3)], 1);
         let document = usvg::roxmltree::Document::parse(&text).unwrap();
-        let texts: Vec<&str> = document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|n| n.text()).collect();
+        let texts: Vec<&str> =
+            document.descendants().filter(|node| node.has_tag_name("text")).filter_map(|n| n.text()).collect();
         for wanted in ["errors · share", "error", "0.0", "0.5", "1.0", "curve 2"] {
             assert!(texts.contains(&wanted), "{wanted}: {texts:?}");
         }

@@ -7,6 +7,7 @@ mod crash;
 mod damage;
 mod determinism;
 mod drawings;
+mod evaluations;
 mod examples;
 mod front_page;
 mod hang_ups;

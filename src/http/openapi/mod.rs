@@ -14,8 +14,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    App, evaluations, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses, regularisers,
-    results, sketches, spectra,
+    App, evaluations, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses,
+    regularisers, results, sketches, spectra,
 };
 
 #[derive(OpenApi)]
