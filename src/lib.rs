@@ -62,6 +62,9 @@ pub mod pipeline;
 /// The application of a match: the mesh posed by its drawing.
 pub mod posing;
 
+/// What a match is for besides: functions, labels and colours taken from one shape to the other.
+pub mod transfer;
+
 // Floor 3.
 
 /// What chooses between the attempts of an alignment, fitted to cases whose truth is known.

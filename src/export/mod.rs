@@ -10,6 +10,7 @@ mod npy;
 pub mod picture;
 pub mod pose;
 pub mod spectrum;
+pub mod transfer;
 mod unwritten;
 
 pub use unwritten::Unwritten;

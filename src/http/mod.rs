@@ -37,6 +37,7 @@ mod shapes;
 mod sketches;
 mod spectra;
 mod timestamp;
+mod transfers;
 mod unread;
 
 use std::path::PathBuf;

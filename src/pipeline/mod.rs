@@ -3,6 +3,7 @@
 //! Both shapes are scaled to area 1 here; what comes back is in the units and the numbering of the user's files.
 
 mod aligned;
+mod bases;
 mod computing;
 mod constraints;
 mod figure;
@@ -25,6 +26,7 @@ use crate::numerics::block_lanczos::EigenError;
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::{Boundary, SpectralError, Spectrum};
 
+pub use bases::Bases;
 pub use computing::Computing;
 pub use figure::faults_on_shapes;
 pub use run::run;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use faer::MatRef;
+use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -86,6 +86,14 @@ pub struct Matrix {
     pub rows: usize,
     pub columns: usize,
     pub values: Vec<Vec<f64>>,
+}
+
+impl Matrix {
+    /// The matrix to reckon with; 0 where a row is short.
+    pub fn to_mat(&self) -> Mat<f64> {
+        let entry = |i: usize, j: usize| self.values.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0);
+        Mat::from_fn(self.rows, self.columns, entry)
+    }
 }
 
 impl From<MatRef<'_, f64>> for Matrix {

@@ -20,5 +20,6 @@ mod poses;
 mod program;
 mod server;
 mod spectra;
+mod transfers;
 mod uploads;
 mod walk;

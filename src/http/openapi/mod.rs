@@ -15,7 +15,7 @@ use utoipa_axum::routes;
 use super::problem::Problem;
 use super::{
     App, evaluations, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses,
-    regularisers, results, sketches, spectra,
+    regularisers, results, sketches, spectra, transfers,
 };
 
 #[derive(OpenApi)]
@@ -54,6 +54,8 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(matches::cancel))
         .routes(routes!(results::read))
         .routes(routes!(evaluations::create))
+        .routes(routes!(transfers::create))
+        .routes(routes!(transfers::inverse))
         .routes(routes!(pictures::of_match))
         .routes(routes!(pictures::of_matrix))
         .routes(routes!(pictures::of_mesh))
