@@ -14,7 +14,7 @@ use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched};
 use sketchmatch::pipeline::outcome::{MatchResult, Rating};
 use sketchmatch::pipeline::request::MatchRequest;
-use sketchmatch::pipeline::{self, Computing, MatchError, Settings, Stage, Surroundings, Watcher};
+use sketchmatch::pipeline::{self, Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, functions};
 use sketchmatch::sketch::outline::OutlineRequest;
 use sketchmatch::sketch::{self, Sketch};
 use sketchmatch::spectral::laplacian::Lumping;
@@ -329,5 +329,24 @@ fn every_fault_of_a_request_is_named() {
         "/refinement",
     ] {
         assert!(pointers.contains(&pointer), "{pointer} not among {pointers:?}");
+    }
+}
+
+#[test]
+fn the_constraints_made_again_of_a_result_are_those_of_its_objective() {
+    let case = case("quadruped");
+    let mesh = FileMesh::from(case.mesh.clone());
+    let landmarks = landmarks(&case, &[case.truth.points[0]], &case.truth.variants["front"]);
+    for request in [
+        json!({"regulariser": {"type": "none"}, "landmarks": landmarks}),
+        json!({"preset": "thesis", "regulariser": {"type": "none"}, "descriptors": {"columns": "raw"}}),
+    ] {
+        let result = matched(&case, request, &patient()).unwrap();
+        let inside = Inside::of(&case.sketch, &mesh, &result, &Computing, &Unwatched).unwrap();
+        assert_eq!(inside.a.ncols(), functions(&result));
+        let c = result.c.to_mat();
+        let objective = (&c * &inside.a - &inside.b).squared_norm_l2();
+        let scale = inside.b.squared_norm_l2();
+        assert!((objective - result.solver.objective).abs() < 1e-9 * scale, "{objective} {}", result.solver.objective);
     }
 }

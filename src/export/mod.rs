@@ -5,7 +5,9 @@
 pub mod correspondences;
 pub mod evaluation;
 pub mod functional_map;
+pub mod functions;
 pub mod geometry;
+pub mod inside;
 mod npy;
 pub mod picture;
 pub mod pose;

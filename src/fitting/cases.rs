@@ -152,7 +152,8 @@ impl Case {
             "application/json" => {
                 let request: OutlineRequest =
                     serde_json::from_slice(&bytes).map_err(|error| Unreadable::new(&self.drawing, error))?;
-                sketch::from_outline(&request.into_parts().0, wanted.vertices, &config)
+                let (drawing, vertices) = request.into_parts();
+                sketch::from_outline(&drawing, vertices, &config)
             }
             "image/svg+xml" => sketch::from_svg(&bytes, wanted, &config),
             _ => sketch::from_picture(&bytes, wanted, &config),

@@ -92,7 +92,7 @@ async fn submitted(
 ///
 /// # Errors
 /// 422 with every fault found.
-async fn payload(
+pub(super) async fn payload(
     app: &App,
     request: MatchRequest,
     inline: Option<InlineSketch>,

@@ -97,14 +97,14 @@ fn unfit(faults: Vec<Fault>) -> Problem {
 }
 
 /// A match and its shapes.
-struct Matched {
-    result: MatchResult,
-    sketch: Sketch,
-    mesh: FileMesh,
+pub(super) struct Matched {
+    pub result: MatchResult,
+    pub sketch: Sketch,
+    pub mesh: FileMesh,
 }
 
 impl Matched {
-    async fn of(app: &App, id: &str) -> Result<Matched, Problem> {
+    pub async fn of(app: &App, id: &str) -> Result<Matched, Problem> {
         let result = resource::result::<Settings>(app, id).await?;
         let read = move || serde_json::from_slice::<MatchResult>(&result).map_err(Problem::internal);
         let result = app.off_runtime(read).await??;

@@ -165,30 +165,34 @@ fn a_server_is_asked_for_its_health() {
     }
 }
 
-/// The example creatures in a directory.
-fn creatures(desk: &Desk) -> PathBuf {
-    let dir = desk.path("creatures");
-    assert!(program("example").arg(&dir).args(["--vertices", "2000"]).output().unwrap().status.success());
+/// A case whose truth is known, the ellipse and the ellipsoid, in a folder of cases.
+fn cases(desk: &Desk) -> PathBuf {
+    let (dir, truth) = (desk.path("cases"), r#"{"side": false, "points": [[0, 0]], "variants": {"front": [5]}}"#);
+    fs::create_dir_all(dir.join("one")).unwrap();
+    fs::copy(&desk.sketch, dir.join("one/sketch.json")).unwrap();
+    fs::copy(&desk.mesh, dir.join("one/mesh.obj")).unwrap();
+    fs::write(dir.join("one/truth.json"), truth).unwrap();
     dir
 }
 
 #[test]
 fn a_result_is_judged_by_its_truth() {
     let desk = Desk::new();
-    let creature = creatures(&desk).join("biped");
-    let [sketch, mesh, truth] = ["sketch.json", "mesh.obj", "truth.json"].map(|name| creature.join(name));
-    let result = desk.path("r.json");
-    assert!(program("match").args([&sketch, &mesh]).arg("-o").arg(&result).output().unwrap().status.success());
+    let (truth, result) = (cases(&desk).join("one/truth.json"), desk.path("r.json"));
+    let matched = program("match").args([&desk.sketch, &desk.mesh]).arg("-o").arg(&result).output().unwrap();
+    assert!(matched.status.success(), "{}", said(&matched));
     let judged = program("evaluate").args([&result, &truth]).output().unwrap();
-    assert!(said(&judged).contains("mean error 0.0") && judged.status.success(), "{}", said(&judged));
+    assert!(said(&judged).contains("held to front") && judged.status.success(), "{}", said(&judged));
     let found: Value = serde_json::from_slice(&judged.stdout).unwrap();
-    assert!(found["pairs"]["coherent"]["auc"].as_f64().unwrap() > 0.9, "{found}");
+    assert_eq!(found["pairs"]["points"].as_array().unwrap().len(), 1, "{found}");
     for (name, begins) in [("e.csv", "point,x,y,"), ("e.svg", "<svg"), ("e.json", "{\"pairs\"")] {
         let path = desk.path(name);
         assert!(program("evaluate").args([&result, &truth]).arg("-o").arg(&path).output().unwrap().status.success());
         assert!(fs::read_to_string(&path).unwrap().starts_with(begins), "{name}");
     }
-    let other = refusal(program("evaluate").args([&result, &truth]).arg("--mesh").arg(&desk.mesh));
+    let tetrahedron = desk.path("t.obj");
+    fs::write(&tetrahedron, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n").unwrap();
+    let other = refusal(program("evaluate").args([&result, &truth]).arg("--mesh").arg(&tetrahedron));
     assert!(other.contains("names vertex"), "{other}");
     fs::write(desk.path("t.json"), r#"{"labels": {"sketch": [], "mesh": []}}"#).unwrap();
     let unfit = refusal(program("evaluate").args([&result, &desk.path("t.json")]));
@@ -198,10 +202,9 @@ fn a_result_is_judged_by_its_truth() {
 #[test]
 fn a_matrix_of_requests_is_judged_over_all_cases_and_not_again() {
     let desk = Desk::new();
-    let (cases, out, matrix) = (creatures(&desk), desk.path("out"), desk.path("m.json"));
-    let regions = r#"{"preset": "thesis", "regions": {"method": "truth", "count": 7}}"#;
+    let (cases, out, matrix) = (cases(&desk), desk.path("out"), desk.path("m.json"));
     let kinds = r#"{"l1": {"regulariser": {"type": "l1"}}, "l2": {"regulariser": {"type": "l2"}}}"#;
-    fs::write(&matrix, format!(r#"[{{"truth": {regions}}}, {kinds}]"#)).unwrap();
+    fs::write(&matrix, format!(r#"[{{"thesis": {{"preset": "thesis"}}}}, {kinds}]"#)).unwrap();
     let run = || {
         let mut command = program("evaluate-all");
         let output = command.arg(&cases).arg("--matrix").arg(&matrix).arg("-o").arg(&out).output().unwrap();
@@ -210,11 +213,11 @@ fn a_matrix_of_requests_is_judged_over_all_cases_and_not_again() {
     };
     let first = run();
     let records = String::from_utf8(first[0].clone()).unwrap();
-    assert_eq!(records.lines().count(), 5, "{records}");
-    assert!(records.lines().nth(1).unwrap().starts_with("truth l1,biped,false,"), "{records}");
-    let written = fs::metadata(out.join("records/truth/l1/biped.json")).unwrap().modified().unwrap();
+    assert_eq!(records.lines().count(), 3, "{records}");
+    assert!(records.lines().nth(1).unwrap().starts_with("thesis l1,one,false,"), "{records}");
+    let written = fs::metadata(out.join("records/thesis/l1/one.json")).unwrap().modified().unwrap();
     assert_eq!(run(), first);
-    assert_eq!(fs::metadata(out.join("records/truth/l1/biped.json")).unwrap().modified().unwrap(), written);
+    assert_eq!(fs::metadata(out.join("records/thesis/l1/one.json")).unwrap().modified().unwrap(), written);
     fs::write(&matrix, r#"[{"wrong": {"basis": {"k": 0}}}]"#).unwrap();
     let refused = refusal(program("evaluate-all").arg(&cases).arg("--matrix").arg(&matrix).arg("-o").arg(&out));
     assert!(refused.contains("request \"wrong\": /basis/k"), "{refused}");

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, entries, gamma, step};
+use super::{About, EXACT, EXACT_ITERATIONS, Formula, MAX_ITERATIONS, TOLERANCE, Term, entries, gamma, step};
 use crate::functional_map::MapError;
 use crate::functional_map::parameter::{Declared, parameters, word};
 use crate::functional_map::problem::Problem;
@@ -41,7 +41,7 @@ pub(super) static ABOUT: About = About {
         text: "‖C A − B‖²_F + γ ‖W ⊙ C‖²_F", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_F^2"
     },
     equation: "3.6",
-    solver: "exact row by row, or conjugate gradients (Hestenes and Stiefel) with backtracking",
+    solver: "exact row by row where no terms are added, or conjugate gradients (Hestenes and Stiefel) with backtracking",
     parameters: L2::PARAMETERS,
 };
 
@@ -58,7 +58,13 @@ impl Term for L2 {
         watch: &dyn Watch,
     ) -> Result<(Mat<f64>, Report), MapError> {
         match self.solver {
-            L2Solver::Exact => self.exactly(problem, weights, &start, watch),
+            L2Solver::Exact if problem.is_of_rows() => self.exactly(problem, weights, &start, watch),
+            L2Solver::Exact => {
+                // Commutators tie the rows together; to the precision that descent can be judged by this is exact too.
+                let L2 { gamma, solver, .. } = *self;
+                let to_the_end = L2 { gamma, solver, max_iterations: EXACT_ITERATIONS, tolerance: EXACT };
+                to_the_end.by_conjugate_gradients(problem, weights, start, watch)
+            }
             L2Solver::ConjugateGradient => self.by_conjugate_gradients(problem, weights, start, watch),
         }
     }
