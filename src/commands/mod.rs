@@ -4,6 +4,7 @@ mod eigenvalues;
 mod evaluate;
 mod evaluate_all;
 mod example;
+mod experiment;
 mod health;
 mod matching;
 mod output;
@@ -24,6 +25,7 @@ use eigenvalues::EigenvaluesOptions;
 use evaluate::EvaluateOptions;
 use evaluate_all::EvaluateAllOptions;
 use example::ExampleOptions;
+use experiment::ExperimentOptions;
 use health::HealthOptions;
 use matching::MatchOptions;
 use reading::ReadOptions;
@@ -62,6 +64,8 @@ pub enum Command {
     Evaluate(EvaluateOptions),
     /// Judges a matrix of requests over cases whose truth is known.
     EvaluateAll(EvaluateAllOptions),
+    /// Makes the figures of the thesis's experiments again.
+    Experiment(ExperimentOptions),
     /// Tells by its exit status whether a running server takes requests.
     Health(HealthOptions),
     /// Prints the OpenAPI document.
@@ -86,6 +90,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
         Command::Weigh(options) => weigh::run(&options),
         Command::Evaluate(options) => evaluate::run(&options),
         Command::EvaluateAll(options) => evaluate_all::run(&options),
+        Command::Experiment(options) => experiment::run(&options),
         Command::Health(options) => health::run(&options),
         Command::ReadSvg => svg_reader::serve(stdin().lock(), stdout().lock()).context("reading an SVG"),
         Command::Openapi => printed(&format!("{:#}", openapi::document())),

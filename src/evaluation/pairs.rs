@@ -1,6 +1,7 @@
 //! Geodesic errors of an answer whose truth is known at some points, § 4.2.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -165,34 +166,71 @@ impl Truth {
     /// # Panics
     /// Where there are [faults](Truth::faults), or answers that the mesh does not have.
     pub fn errors(&self, mesh: &FileMesh, answers: &[u32]) -> Errors {
-        let surface = mesh.sound();
-        let unit = if self.side { (surface.area() / 2.0).sqrt() } else { surface.area().sqrt() };
-        let mut variants: BTreeMap<String, Vec<f64>> =
-            self.variants.keys().map(|name| (name.clone(), vec![f64::NAN; answers.len()])).collect();
-        let marching = Marching::new(surface);
-        // Several points often have one answer: one march serves them all.
-        let mut order: Vec<usize> = (0..answers.len()).collect();
-        order.sort_by_key(|&point| answers[point]);
-        for points in order.chunk_by(|&p, &q| answers[p] == answers[q]) {
-            let sources: Vec<u32> = mesh.sound_vertices(answers[points[0]]).collect();
-            let distances = marching.distances(&sources);
-            for (name, truth) in &self.variants {
-                let Some(errors) = variants.get_mut(name) else { continue };
-                for &point in points {
-                    let Ok(right) = u32::try_from(truth[point]) else { continue };
-                    let distance = mesh.sound_vertices(right).map(|v| distances[v as usize]);
-                    errors[point] = distance.fold(f64::INFINITY, f64::min) / unit;
-                }
-            }
-        }
-        Errors { unit, variants }
+        Judge::new(self, mesh).errors(answers)
     }
 
     /// What p answers, as [`Truth::errors`] takes them, are worth.
     pub fn evaluation(&self, mesh: &FileMesh, answers: &[u32]) -> PairsEvaluation {
-        let errors = self.errors(mesh, answers);
+        Judge::new(self, mesh).evaluation(answers)
+    }
+}
+
+/// Judges many answers to one truth: distances from a vertex that was answered before are not measured again.
+pub struct Judge<'a> {
+    truth: &'a Truth,
+    mesh: &'a FileMesh,
+    marching: Marching,
+    /// The length of an error of 1.
+    unit: f64,
+    /// The vertices of the file that the truth names, ascending.
+    ends: Vec<u32>,
+    /// From a vertex of the file to each of the ends.
+    known: Mutex<HashMap<u32, Arc<[f64]>>>,
+}
+
+impl<'a> Judge<'a> {
+    /// # Panics
+    /// Where the truth has [faults](Truth::faults) for the mesh.
+    pub fn new(truth: &'a Truth, mesh: &'a FileMesh) -> Judge<'a> {
+        let surface = mesh.sound();
+        let unit = if truth.side { (surface.area() / 2.0).sqrt() } else { surface.area().sqrt() };
+        let mut ends: Vec<u32> = truth.variants.values().flatten().filter_map(|&v| u32::try_from(v).ok()).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        Judge { truth, mesh, marching: Marching::new(surface), unit, ends, known: Mutex::default() }
+    }
+
+    /// Geodesic distances from a vertex of the file to each of the ends; infinite where there is no way.
+    fn distances(&self, answer: u32) -> Arc<[f64]> {
+        if let Some(known) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&answer) {
+            return known.clone();
+        }
+        let sources: Vec<u32> = self.mesh.sound_vertices(answer).collect();
+        let all = self.marching.distances(&sources);
+        let to = |&end: &u32| self.mesh.sound_vertices(end).map(|v| all[v as usize]).fold(f64::INFINITY, f64::min);
+        let distances: Arc<[f64]> = self.ends.iter().map(to).collect();
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(answer, distances.clone());
+        distances
+    }
+
+    /// As [`Truth::errors`].
+    pub fn errors(&self, answers: &[u32]) -> Errors {
+        let distances: Vec<Arc<[f64]>> = answers.iter().map(|&answer| self.distances(answer)).collect();
+        let error = |(distances, right): (&Arc<[f64]>, &i64)| {
+            let end = u32::try_from(*right).ok().and_then(|right| self.ends.binary_search(&right).ok());
+            end.map_or(f64::NAN, |end| distances[end] / self.unit)
+        };
+        let of_variant = |(name, truth): (&String, &Vec<i64>)| {
+            (name.clone(), distances.iter().zip(truth).map(error).collect::<Vec<f64>>())
+        };
+        Errors { unit: self.unit, variants: self.truth.variants.iter().map(of_variant).collect() }
+    }
+
+    /// What p answers, as [`Truth::errors`] takes them, are worth.
+    pub fn evaluation(&self, answers: &[u32]) -> PairsEvaluation {
+        let errors = self.errors(answers);
         let (coherent, pointwise) = (errors.coherent(), errors.pointwise());
-        let rows = self.points.iter().zip(answers).zip(coherent.iter().zip(&pointwise));
+        let rows = self.truth.points.iter().zip(answers).zip(coherent.iter().zip(&pointwise));
         PairsEvaluation {
             unit: errors.unit,
             best: errors.best().to_owned(),

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::kept::Kept;
 use super::matrix::Combination;
-use crate::evaluation::pairs::{PairsEvaluation, Truth};
+use crate::evaluation::pairs::{Judge, PairsEvaluation, Truth};
 use crate::evaluation::regions;
 use crate::fitting::{Unreadable, cases};
 use crate::mesh::file_mesh::FileMesh;
@@ -112,7 +112,7 @@ impl Request {
     }
 
     /// The record there is of it on a case, or a new one.
-    fn record(&self, case: &Case, kept: &Kept, dir: &Path) -> Result<Record, Unreadable> {
+    fn record(&self, case: &Case, judge: &Judge<'_>, kept: &Kept, dir: &Path) -> Result<Record, Unreadable> {
         let made_of = blake3::Hasher::new()
             .update(env!("CARGO_PKG_VERSION").as_bytes())
             .update(self.text.as_bytes())
@@ -130,7 +130,7 @@ impl Request {
             Ok(result) => {
                 let at: Vec<[f64; 2]> = result.correspondences.iter().map(|point| point.point).collect();
                 let to: Vec<u32> = result.correspondences.iter().map(|point| point.mesh_vertex).collect();
-                let evaluation = case.truth.evaluation(&case.mesh, &case.truth.answers(&at, &to));
+                let evaluation = judge.evaluation(&case.truth.answers(&at, &to));
                 (Some(evaluation), None, Some(result.c))
             }
             Err(reason) => (None, Some(reason), None),
@@ -152,7 +152,8 @@ impl Request {
             let [sketch, mesh] = regions::of_truth(&case.truth, count, (case.sketch.mesh(), &at), &case.mesh);
             settings.regions = Regions::Given { sketch, mesh };
         }
-        let surroundings = Surroundings { spectra: kept, preparations: kept, watcher: &Patient, clock: &|| 0.0 };
+        let surroundings =
+            Surroundings { spectra: kept, preparations: kept, watcher: &Patient, clock: &|| 0.0, preview: None };
         pipeline::run(&case.sketch, &case.mesh, &settings, &surroundings).map_err(|error| error.to_string())
     }
 }
@@ -189,9 +190,12 @@ pub fn run(
     let requests = combinations.iter().map(Request::of).collect::<Result<Vec<_>, _>>()?;
     let kept = Kept::default();
     // All requests of a case after each other: threads then seldom wait for the same spectrum.
-    let tasks: Vec<(&Case, &Request)> = cases.iter().flat_map(|case| requests.iter().map(move |r| (case, r))).collect();
-    let records =
-        side_by_side(&tasks, |(case, request)| request.record(case, &kept, dir).inspect(|record| done(record)));
+    let judges: Vec<Judge<'_>> = cases.iter().map(|case| Judge::new(&case.truth, &case.mesh)).collect();
+    let judged = cases.iter().zip(&judges);
+    let tasks: Vec<_> = judged.flat_map(|(case, judge)| requests.iter().map(move |r| (case, judge, r))).collect();
+    let records = side_by_side(&tasks, |(case, judge, request)| {
+        request.record(case, judge, &kept, dir).inspect(|record| done(record))
+    });
     let mut records = records.into_iter().collect::<Result<Vec<_>, _>>()?;
     records.sort_by_key(|record| requests.iter().position(|request| request.names == record.names));
     Ok(records)

@@ -1,8 +1,11 @@
 //! What a match was computed from and found, together.
 
+use std::convert::Infallible;
+
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
+use bytes::Bytes;
 
 use super::problem::Problem;
 use super::query::Id;
@@ -31,22 +34,28 @@ const LARGEST: usize = 1 << 26;
 )]
 pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[SAFETENSORS, OCTETS])?;
-    let wanted = wanted.made_of(&app, resource::result::<Settings>(&app, &id).await?, "inside".to_owned()).await?;
-    if let Some(unchanged) = wanted.unchanged() {
-        return Ok(unchanged);
-    }
-    let Matched { result, sketch, mesh } = Matched::of(&app, &id).await?;
+    let source = resource::result::<Settings>(&app, &id).await?;
+    let fetched = async {
+        let body = made(&app, &id).await?;
+        Ok(move |_| Ok::<_, Infallible>(body))
+    };
+    wanted.answer_made_of(&app, (source, "inside".to_owned()), fetched).await
+}
+
+async fn made(app: &App, id: &str) -> Result<Bytes, Problem> {
+    let Matched { result, sketch, mesh } = Matched::of(app, id).await?;
     let numbers = functions(&result).saturating_mul(result.request.basis.k + result.request.basis.k_mesh);
     if numbers > LARGEST {
         let detail = format!("A and B have {numbers} numbers, {LARGEST} are the most that are answered");
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
     }
     let spectra = CachedSpectra::new(app.store.clone());
-    let memory = memory::of_spectrum(mesh.positions().len(), result.request.basis.k_mesh) + 4 * 8 * numbers;
+    // The blocks, A and B made of them, and the file.
+    let memory =
+        memory::of_spectrum(mesh.positions().len(), result.request.basis.k_mesh) + 3 * size_of::<f64>() * numbers;
     let write = move || {
         let found = Inside::of(&sketch, &mesh, &result, &spectra, &Unwatched).map_err(Problem::internal)?;
         inside::safetensors(&found, &result).map_err(Problem::internal)
     };
-    let body = app.with_memory(memory, write).await??;
-    wanted.answer(&app, move |_| Ok::<_, std::convert::Infallible>(body)).await
+    app.with_memory(memory, write).await?
 }

@@ -3,6 +3,7 @@
 //! A handler extracts, makes one or two calls and wraps the answer. What it hands to the store and takes from there is
 //! all it knows of the worker.
 
+mod asking;
 mod body;
 mod connections;
 mod evaluations;
@@ -27,6 +28,7 @@ mod page;
 mod paths;
 mod pictures;
 mod portraits;
+mod pose_results;
 mod poses;
 mod preference;
 mod problem;

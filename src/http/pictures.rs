@@ -1,5 +1,7 @@
 //! Pictures of matches.
 
+use std::future::ready;
+
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -127,12 +129,12 @@ pub async fn of_matrix(
 ) -> Result<Response, Problem> {
     let wanted = wanted(query.format, headers)?;
     let result = resource::result::<Settings>(&app, &id).await?;
-    let wanted = wanted.made_of(&app, result.clone(), "matrix".to_owned()).await?;
+    let made_of = (result.clone(), "matrix".to_owned());
     let draw = move |media_type| match media_type {
         SVG => functional_map::svg(&result),
         _ => functional_map::png(&result),
     };
-    wanted.answer(&app, draw).await
+    wanted.answer_made_of(&app, made_of, ready(Ok(draw))).await
 }
 
 /// Answers the mesh of a match in the colours of the sketch, as glTF 2.0 binary.
@@ -179,10 +181,10 @@ pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) 
     if look.alternative.is_some_and(|alternative| alternative >= alternatives.len()) {
         return Err(no_alternative(alternatives.len()));
     }
-    let wanted = wanted.made_of(app, result.clone(), format!("{look:?}")).await?;
-    if let Some(unchanged) = wanted.unchanged() {
-        return Ok(unchanged);
-    }
-    let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
-    wanted.answer(app, move |_| picture::file(look, &result, &sketch, &mesh).map(Bytes::from)).await
+    let fetched = async {
+        let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
+        let read = result.clone();
+        Ok(move |_| picture::file(look, &read, &sketch, &mesh).map(Bytes::from))
+    };
+    wanted.answer_made_of(app, (result.clone(), format!("{look:?}")), fetched).await
 }

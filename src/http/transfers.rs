@@ -1,5 +1,6 @@
 //! Functions, labels and colours taken from one shape of a match to the other.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use axum::extract::State;
@@ -111,6 +112,19 @@ impl Matched {
         let (sketch, mesh) = (shapes::sketch(app, &result.sketch).await?, shapes::mesh(app, &result.mesh).await?);
         Ok(Matched { result, sketch, mesh })
     }
+
+    /// The points back as JSON.
+    fn inverse(&self, by: By, spectra: &CachedSpectra) -> Result<Bytes, Problem> {
+        let Matched { result, sketch, mesh } = self;
+        let sketch_vertices = match by {
+            By::Points => sketch_vertices(result, mesh, false),
+            By::Map => {
+                let bases = Bases::of(sketch, mesh, result, spectra, &Unwatched).map_err(Problem::internal)?;
+                sketch_vertices_by_map(&bases, &Unwatched).map_err(Problem::internal)?
+            }
+        };
+        serde_json::to_vec(&Inverse { sketch_vertices }).map(Bytes::from).map_err(Problem::internal)
+    }
 }
 
 /// What is seen of the drawing of a sketch.
@@ -163,23 +177,13 @@ pub async fn inverse(
 ) -> Result<Response, Problem> {
     let by = query.by.unwrap_or_default();
     let wanted = Wanted::negotiated(headers, &[JSON])?;
-    let wanted =
-        wanted.made_of(&app, resource::result::<Settings>(&app, &id).await?, format!("inverse {by:?}")).await?;
-    if let Some(unchanged) = wanted.unchanged() {
-        return Ok(unchanged);
-    }
-    let Matched { result, sketch, mesh } = Matched::of(&app, &id).await?;
-    let spectra = CachedSpectra::new(app.store.clone());
-    let write = move |_| {
-        let sketch_vertices = match by {
-            By::Points => sketch_vertices(&result, &mesh, false),
-            By::Map => {
-                let bases =
-                    Bases::of(&sketch, &mesh, &result, &spectra, &Unwatched).map_err(|error| error.to_string())?;
-                sketch_vertices_by_map(&bases, &Unwatched).map_err(|error| error.to_string())?
-            }
-        };
-        serde_json::to_vec(&Inverse { sketch_vertices }).map(Bytes::from).map_err(|error| error.to_string())
+    let source = resource::result::<Settings>(&app, &id).await?;
+    let fetched = async {
+        let matched = Matched::of(&app, &id).await?;
+        let memory = memory::of_spectrum(matched.mesh.positions().len(), matched.result.c.rows);
+        let spectra = CachedSpectra::new(app.store.clone());
+        let body = app.with_memory(memory, move || matched.inverse(by, &spectra)).await??;
+        Ok(move |_| Ok::<_, Infallible>(body))
     };
-    wanted.answer(&app, write).await
+    wanted.answer_made_of(&app, (source, format!("inverse {by:?}")), fetched).await
 }

@@ -61,6 +61,7 @@ fn migrator() -> Migrator {
         (5, "names of jobs", include_str!("../../migrations/sqlite/0005_names_of_jobs.sql")),
         (6, "answers by key", include_str!("../../migrations/sqlite/0006_answers_by_key.sql")),
         (7, "sizes of shapes", include_str!("../../migrations/sqlite/0007_sizes_of_shapes.sql")),
+        (11, "previews", include_str!("../../migrations/sqlite/0011_previews.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)

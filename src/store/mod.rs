@@ -14,6 +14,7 @@ mod idempotency;
 mod job;
 mod page;
 mod preparations;
+mod previews;
 mod queue;
 mod sealed;
 mod shapes;

@@ -1,13 +1,12 @@
 //! ρ = 0: the data term alone, eq. 2.13.
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 use serde::{Deserialize, Serialize};
 
-use super::{About, EXACT, EXACT_ITERATIONS, Formula, Term, step};
-use crate::functional_map::MapError;
-use crate::functional_map::problem::{Problem, least_squares};
+use super::{About, EXACT, EXACT_ITERATIONS, Formula, Found, Search, Term, step};
+use crate::functional_map::problem::least_squares;
+use crate::numerics::Stopping;
 use crate::numerics::conjugate_gradient::{self, Smooth};
-use crate::numerics::{Report, Stopped, Stopping, Watch};
 
 /// ρ = 0: least squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,28 +23,18 @@ pub(super) static ABOUT: About = About {
 };
 
 impl Term for LeastSquares {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn minimiser(
-        &self,
-        problem: &Problem,
-        _weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
-        if !problem.is_of_rows() {
+    fn minimiser(&self, search: Search<'_>) -> Found {
+        if !search.problem.is_of_rows() {
+            let problem = search.problem;
             let h = Smooth {
                 objective: |c: MatRef<'_, f64>| problem.variable(c),
                 gradient: |c: MatRef<'_, f64>| problem.gradient(c),
                 step: step(problem.lipschitz()?),
             };
             let stopping = Stopping { max_iterations: EXACT_ITERATIONS, tolerance: EXACT };
-            return Ok(conjugate_gradient::minimise(&h, start, stopping, watch)?);
+            return Ok(conjugate_gradient::minimise(&h, search.start, stopping, search.watch)?);
         }
-        let c = least_squares(problem)?;
-        let history = vec![problem.variable(start.as_ref()), problem.variable(c.as_ref())];
-        Ok((c, Report { iterations: 0, history, stopped: Stopped::Converged }))
+        let c = least_squares(search.problem)?;
+        Ok(search.directly(c, |c| search.problem.variable(c)))
     }
 }

@@ -2,12 +2,12 @@
 
 use faer::{Mat, MatRef, Scale};
 
-use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, step};
+use super::{About, Formula, Found, MAX_ITERATIONS, Search, TOLERANCE, Term, step};
 use crate::functional_map::MapError;
 use crate::functional_map::parameter::{Declared, integer, number, parameters};
 use crate::functional_map::problem::{Problem, Seen};
 use crate::numerics::conjugate_gradient::{self, Smooth};
-use crate::numerics::{DecompositionError, Report, Stopping, Watch};
+use crate::numerics::{DecompositionError, Stopping};
 
 /// Below this |x| is rounded off, so that the sum of magnitudes has a gradient: values of Ψ C Φᵀ are of the size of k.
 const ROUNDED: f64 = 1e-2;
@@ -45,19 +45,10 @@ pub(super) static ABOUT: About = About {
 };
 
 impl Term for MatrixCompletion {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
     /// Not convex in the factors; where the rank is not less than that of the solution it has no other minima than that of the
     /// problem in C with the nuclear norm.
-    fn minimiser(
-        &self,
-        problem: &Problem,
-        _weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
+    fn minimiser(&self, search: Search<'_>) -> Found {
+        let Search { problem, start, watch, .. } = search;
         let (rows, columns) = start.shape();
         let factors = factors(start.as_ref(), self.rank.min(rows).min(columns))?;
         let size = start.norm_l2().max(1.0);
@@ -161,9 +152,14 @@ mod tests {
         problem
     }
 
+    /// The minimiser from C⁰ of the data alone.
+    fn found(term: &dyn Term, problem: &Problem, data: &Problem) -> Mat<f64> {
+        let (weights, start) = (Mat::zeros(L, K), least_squares(data).unwrap());
+        term.minimiser(Search { problem, weights: &weights, start, watch: &Unwatched }).unwrap().0
+    }
+
     fn minimiser(terms: MatrixCompletion, problem: &Problem) -> Mat<f64> {
-        let start = least_squares(problem).unwrap();
-        terms.minimiser(problem, &Mat::zeros(L, K), start, &Unwatched).unwrap().0
+        found(&terms, problem, problem)
     }
 
     fn terms(mu: [f64; 4]) -> MatrixCompletion {
@@ -176,8 +172,7 @@ mod tests {
         for gamma in [0.1, 5.0] {
             let problem = problem();
             let nuclear = Nuclear { gamma, max_iterations: 20_000, tolerance: 1e-10 };
-            let start = least_squares(&problem).unwrap();
-            let (wanted, _) = nuclear.minimiser(&problem, &Mat::zeros(L, K), start, &Unwatched).unwrap();
+            let wanted = self::found(&nuclear, &problem, &problem);
             let found = minimiser(terms([0.0, 0.0, 0.0, gamma]), &problem);
             assert!((found - &wanted).norm_l2() < 1e-4 * wanted.norm_l2(), "γ = {gamma}");
         }
@@ -193,8 +188,7 @@ mod tests {
         wanted.commute(Commutator { x: root(K), y: Mat::zeros(L, L), weight: 3.0 }).unwrap();
         wanted.commute(Commutator { x: Mat::zeros(K, K), y: root(L), weight: 2.0 }).unwrap();
         let nuclear = Nuclear { gamma: 1.0, max_iterations: 20_000, tolerance: 1e-10 };
-        let start = least_squares(&problem).unwrap();
-        let (wanted, _) = nuclear.minimiser(&wanted, &Mat::zeros(L, K), start, &Unwatched).unwrap();
+        let wanted = self::found(&nuclear, &wanted, &problem);
         assert!((found - &wanted).norm_l2() < 1e-4 * wanted.norm_l2());
     }
 

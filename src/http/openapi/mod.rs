@@ -15,7 +15,7 @@ use utoipa_axum::routes;
 use super::problem::Problem;
 use super::{
     App, evaluations, events, examples as creatures, functions, geometry, health, inside, matches, meshes, pictures,
-    portraits, poses, regularisers, results, sketches, spectra, sweeps, transfers,
+    portraits, pose_results, poses, regularisers, results, sketches, spectra, sweeps, transfers,
 };
 
 #[derive(OpenApi)]
@@ -71,9 +71,9 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(poses::create, poses::list))
         .routes(routes!(poses::read, poses::end))
         .routes(routes!(poses::cancel))
-        .routes(routes!(poses::result))
-        .routes(routes!(poses::picture))
-        .routes(routes!(poses::basis))
+        .routes(routes!(pose_results::read))
+        .routes(routes!(pose_results::picture))
+        .routes(routes!(pose_results::basis))
         .routes(routes!(events::of_pose))
         .routes(routes!(creatures::list))
         .routes(routes!(creatures::mesh))
