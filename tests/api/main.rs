@@ -20,6 +20,7 @@ mod pictures;
 mod poses;
 mod program;
 mod researchers;
+mod scripts;
 mod server;
 mod spectra;
 mod transfers;

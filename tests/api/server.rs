@@ -49,6 +49,11 @@ impl Server {
         Server { client: Client::new(), address, _stop: shutdown.drop_guard(), data }
     }
 
+    /// Where it answers.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
     /// Where it keeps everything.
     pub fn data(&self) -> &Path {
         self.data.path()
