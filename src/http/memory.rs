@@ -16,7 +16,7 @@ const PER_PAIR: usize = 6;
 const FACTOR: usize = 2048;
 
 /// The bytes a spectrum of at least `k` eigenpairs takes at its peak, about, on a shape of these many vertices.
-fn of_spectrum(vertices: usize, k: usize) -> usize {
+pub fn of_spectrum(vertices: usize, k: usize) -> usize {
     let numbers = rung(k).saturating_mul(PER_PAIR).saturating_add(FIXED);
     numbers.saturating_mul(size_of::<f64>()).saturating_add(FACTOR).saturating_mul(vertices)
 }
