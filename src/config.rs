@@ -46,13 +46,17 @@ pub struct WorkerOptions {
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
         value_parser = clap::value_parser!(u64).range(1..))]
     pub max_job_seconds: u64,
+    /// Memory that jobs running on this node may take together, as estimated; one that takes more runs alone.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOBS_MEMORY", default_value_t = ByteSize(worker::Config::default().memory))]
+    pub max_jobs_memory: ByteSize,
 }
 
 impl WorkerOptions {
     pub fn config(&self) -> worker::Config {
         let default = worker::Config::default();
         let longest_job = Duration::from_secs(self.max_job_seconds);
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
+        let (workers, memory) = (self.workers.map_or(default.workers, usize::from), self.max_jobs_memory.as_u64());
+        worker::Config { workers, longest_job, memory, ..default }
     }
 }
 

@@ -7,6 +7,7 @@ pub mod decomposition;
 mod failure;
 mod kind;
 mod matching;
+pub mod memory;
 mod once;
 pub mod posing;
 mod preparations;

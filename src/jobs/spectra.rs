@@ -5,7 +5,6 @@ use tokio::runtime::Handle;
 use super::once::once;
 use super::waiting::awaited;
 use crate::mesh::TriangleMesh;
-use crate::numerics::block_lanczos::EigenError;
 use crate::numerics::{Cancelled, Watch};
 use crate::pipeline;
 use crate::spectral::{self, Boundary, SpectralError, Spectrum};
@@ -53,7 +52,7 @@ impl pipeline::Spectra for CachedSpectra {
         let cached = || Ok(self.cached(&key, k, watch)?.map(Arc::new));
         let compute = || {
             let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
-            self.keep(key, spectrum.clone(), watch).map_err(EigenError::from)?;
+            self.keep(key, spectrum.clone(), watch)?;
             Ok(spectrum)
         };
         once((&self.store, &self.runtime), &self.store.spectrum_name(&key, k), watch, cached, compute)

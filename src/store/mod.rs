@@ -42,10 +42,10 @@ use database::{Engine, Listener};
 use directory::Directory;
 pub use error::{Lack, StoreError};
 pub use idempotency::{MEMORY, Remembered, Turn};
-pub use job::{Heartbeat, Job, Lease, NewJob, Places, State, Submitted, problem};
+pub use job::{Heartbeat, Job, Lease, NewJob, Places, Room, State, Submitted, problem};
 pub use page::Page;
 pub use place::{BlobUrl, Config, DatabaseUrl};
-pub use queue::{LEASE, MAX_TRIES};
+pub use queue::{LEASE, MAX_DEATHS, MAX_TRIES};
 pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
 pub use spectra::SpectrumKey;
 

@@ -47,12 +47,12 @@ impl Store {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::testing::on_every_database;
+    use crate::store::testing::{ALL, on_every_database};
     use crate::store::{NewJob, Places};
 
     async fn claimed(store: &Store) -> Lease {
         store.submit(&NewJob::of("match", "{}"), Places { queue: 9, of_kind: 9 }).await.unwrap();
-        store.claim(&["match"]).await.unwrap().unwrap()
+        store.claim(&["match"], ALL).await.unwrap().unwrap()
     }
 
     #[tokio::test]
@@ -69,7 +69,7 @@ mod tests {
 
             assert!(store.release(&first).await.unwrap());
             assert_eq!(store.previewed(id).await.unwrap(), None);
-            let second = store.claim(&["match"]).await.unwrap().unwrap();
+            let second = store.claim(&["match"], ALL).await.unwrap().unwrap();
             assert_eq!(store.preview(&first, b"late", 0.4).await.unwrap(), Heartbeat::Lost);
             assert_eq!(store.previewed(id).await.unwrap(), None);
             assert_eq!(store.preview(&second, b"two", 0.4).await.unwrap(), Heartbeat::Held);
