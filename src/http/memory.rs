@@ -7,7 +7,7 @@ use crate::pipeline::settings::upsampled;
 use crate::spectral::RUNGS;
 
 /// The bytes a spectrum of at least `k` eigenpairs takes at its peak, about, on a shape of these many vertices.
-fn of_spectrum(vertices: usize, k: usize) -> usize {
+pub fn of_spectrum(vertices: usize, k: usize) -> usize {
     memory::of_spectrum(k).saturating_mul(vertices)
 }
 

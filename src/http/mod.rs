@@ -6,14 +6,17 @@
 mod asking;
 mod body;
 mod connections;
+mod evaluations;
 mod events;
 mod examples;
 mod front_page;
+mod functions;
 mod geometry;
 mod health;
 mod host;
 mod idempotency;
 mod inline_sketch;
+mod inside;
 mod job_document;
 mod matches;
 mod memory;
@@ -37,7 +40,9 @@ mod results;
 mod shapes;
 mod sketches;
 mod spectra;
+mod sweeps;
 mod timestamp;
+mod transfers;
 mod unread;
 
 use std::path::PathBuf;

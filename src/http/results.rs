@@ -16,7 +16,7 @@ use crate::export::{correspondences, functional_map};
 use crate::pipeline::Settings;
 use crate::pipeline::outcome::MatchResult;
 
-const CSV: &str = "text/csv";
+pub(super) const CSV: &str = "text/csv";
 
 /// What is asked of a result.
 #[derive(Debug, Default, Deserialize, IntoParams)]

@@ -21,6 +21,7 @@ pub use failure::Failure;
 pub use kind::{Kind, Outcome, Task};
 pub use posing::Posing;
 pub use progress::Progress;
+pub use spectra::CachedSpectra;
 
 use crate::pipeline::Settings;
 

@@ -2,6 +2,7 @@
 
 mod intrinsic;
 pub mod laplacian;
+pub mod rebuilt;
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
