@@ -21,12 +21,24 @@ const OF_MESH: &[&str] = &[
     "read_mesh_geometry",
     "read_mesh_components",
     "read_mesh_spectrum",
+    "read_mesh_functions",
+    "read_mesh_segmentation",
+    "rebuild_mesh",
     "draw_mesh",
     "rename_mesh",
     "delete_mesh",
 ];
-const OF_SKETCH: &[&str] =
-    &["read_sketch", "read_sketch_geometry", "read_sketch_spectrum", "draw_sketch", "rename_sketch", "delete_sketch"];
+const OF_SKETCH: &[&str] = &[
+    "read_sketch",
+    "read_sketch_geometry",
+    "read_sketch_spectrum",
+    "read_sketch_functions",
+    "read_sketch_segmentation",
+    "rebuild_sketch",
+    "draw_sketch",
+    "rename_sketch",
+    "delete_sketch",
+];
 const OF_MATCH: &[&str] = &[
     "read_match",
     "follow_match",
@@ -34,6 +46,10 @@ const OF_MATCH: &[&str] = &[
     "draw_match",
     "draw_matrix",
     "read_match_mesh",
+    "read_inside",
+    "read_inverse",
+    "evaluate_match",
+    "transfer",
     "cancel_match",
     "end_match",
 ];
