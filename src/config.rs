@@ -9,23 +9,45 @@ use anyhow::ensure;
 use bytesize::ByteSize;
 use clap::Args;
 
+use sketchmatch::access::WatchedFile;
+use sketchmatch::http::admission::Admission;
 use sketchmatch::http::origin::Origin;
+use sketchmatch::store::Store;
 use sketchmatch::{http, store, worker};
+
+/// Where everything is kept.
+#[derive(Debug, Args)]
+pub struct StoreOptions {
+    /// Directory of the database and the blobs.
+    #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
+    pub data_dir: PathBuf,
+}
+
+impl StoreOptions {
+    pub fn config(&self) -> store::Config {
+        store::Config { data_dir: self.data_dir.clone() }
+    }
+}
 
 #[derive(Debug, Args)]
 pub struct ServeOptions {
     /// Address or name, and port, to listen on.
     #[arg(long, env = "SKETCHMATCH_LISTEN", default_value = "127.0.0.1:8080", value_parser = Listen::resolve)]
     pub listen: Listen,
-    /// Directory of the database and the blobs.
-    #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
-    pub data_dir: PathBuf,
+    #[command(flatten)]
+    pub store: StoreOptions,
     /// Matches computed at one time [default: the number of processors].
     #[arg(long, env = "SKETCHMATCH_WORKERS", value_parser = clap::value_parser!(u16).range(1..))]
     pub workers: Option<u16>,
-    /// Serve anybody who can reach an address that is not loopback.
-    #[arg(long, env = "SKETCHMATCH_NO_AUTH")]
+    /// File of the keys that are let in, read again when it changes; those in the database are, too.
+    #[arg(long, env = "SKETCHMATCH_API_KEYS")]
+    pub api_keys: Option<PathBuf>,
+    /// Ask nobody for a key, also on an address that is not loopback.
+    #[arg(long, env = "SKETCHMATCH_NO_AUTH", conflicts_with = "api_keys")]
     pub no_auth: bool,
+    /// Address or name, and port, to answer /metrics on, to whoever reaches it.
+    #[arg(long, env = "SKETCHMATCH_METRICS_LISTEN", value_parser = Listen::resolve)]
+    pub metrics_listen: Option<Listen>,
     /// Origin that scripts of other sites may call from, or `*`; may be repeated.
     #[arg(long = "cors-origin", env = "SKETCHMATCH_CORS_ORIGIN", value_delimiter = ',')]
     pub cors_origins: Vec<Origin>,
@@ -111,17 +133,28 @@ fn deadline(text: &str) -> Result<Duration, String> {
 }
 
 impl ServeOptions {
-    /// Refuses to serve the world without authentication unless told to in so many words.
+    /// Whom to let in. Keys are asked for where a file of them is named or there ever was one in the database.
     ///
     /// # Errors
-    /// An address that is not loopback without `--no-auth`.
-    pub fn check_exposure(&self) -> anyhow::Result<()> {
-        let listen = &self.listen;
+    /// A file of keys that cannot be read; no keys on an address that is not loopback, without `--no-auth`.
+    pub async fn admission(&self, store: &Store) -> anyhow::Result<Admission> {
+        let (listen, has_keys) = (&self.listen, store.has_keys().await?);
+        if self.no_auth {
+            if has_keys {
+                tracing::warn!("--no-auth: the keys in the database are not asked for");
+            }
+            return Ok(Admission::Anybody);
+        }
+        let file = self.api_keys.as_deref().map(WatchedFile::open).transpose()?;
+        if file.is_some() || has_keys {
+            return Ok(Admission::Keyholders(file));
+        }
         ensure!(
-            self.no_auth || listen.addresses().iter().all(|address| address.ip().is_loopback()),
-            "{listen} is not a loopback address, so that anybody who reaches it could use the server: say --no-auth to allow that"
+            listen.addresses().iter().all(|address| address.ip().is_loopback()),
+            "{listen} is not a loopback address, so that anybody who reaches it could use the server: name a file of keys by \
+             --api-keys, make one by `sketchmatch keys add`, or say --no-auth to ask nobody for a key"
         );
-        Ok(())
+        Ok(Admission::Anybody)
     }
 
     pub fn http(&self) -> http::Config {
@@ -143,10 +176,6 @@ impl ServeOptions {
         }
     }
 
-    pub fn store(&self) -> store::Config {
-        store::Config { data_dir: self.data_dir.clone() }
-    }
-
     pub fn worker(&self) -> worker::Config {
         let default = worker::Config::default();
         let longest_job = Duration::from_secs(self.max_job_seconds);
@@ -158,6 +187,7 @@ impl ServeOptions {
 mod tests {
     use super::*;
     use clap::Parser;
+    use sketchmatch::access::{Key, Scopes, Tenant};
 
     /// A command line of nothing but these options.
     #[derive(Debug, Parser)]
@@ -187,13 +217,34 @@ mod tests {
         assert!(read(&["--request-deadline", "60s"]).is_err());
     }
 
-    #[test]
-    fn only_loopback_is_served_unasked() {
-        assert!(serve(&[]).check_exposure().is_ok());
-        assert!(serve(&["--listen", "[::1]:8080"]).check_exposure().is_ok());
-        assert!(serve(&["--listen", "localhost:8080"]).check_exposure().is_ok());
-        assert!(serve(&["--listen", "0.0.0.0:8080"]).check_exposure().is_err());
-        assert!(serve(&["--listen", "0.0.0.0:8080", "--no-auth"]).check_exposure().is_ok());
+    #[tokio::test]
+    async fn only_loopback_is_served_unasked() {
+        let directory = tempfile::tempdir().unwrap();
+        let store = Store::open(&store::Config { data_dir: directory.path().join("data") }).await.unwrap();
+        let file = directory.path().join("keys");
+        std::fs::write(&file, "a-key").unwrap();
+        let file = file.to_str().unwrap();
+        // Whether keys are asked for; nothing where the server does not start.
+        let asks = async |arguments: &[&str]| {
+            let admission = serve(arguments).admission(&store).await;
+            admission.ok().map(|admission| matches!(admission, Admission::Keyholders(_)))
+        };
+        let public = ["--listen", "0.0.0.0:8080"];
+        for arguments in [&[][..], &["--listen", "[::1]:8080"], &["--listen", "localhost:8080"]] {
+            assert_eq!(asks(arguments).await, Some(false), "{arguments:?}");
+        }
+        assert_eq!(asks(&public).await, None);
+        assert_eq!(asks(&[&public[..], &["--no-auth"]].concat()).await, Some(false));
+        assert_eq!(asks(&[&public[..], &["--api-keys", file]].concat()).await, Some(true));
+        assert_eq!(asks(&["--api-keys", file]).await, Some(true));
+        assert_eq!(asks(&["--api-keys", "/no/such/file"]).await, None);
+        assert!(read(&["--api-keys", file, "--no-auth"]).is_err());
+
+        let (key, scopes) = (Key::random().unwrap(), Scopes::default());
+        let id = store.keys().add(&key, (&Tenant::default(), &scopes), None, None).await.unwrap();
+        assert_eq!((asks(&[]).await, asks(&public).await), (Some(true), Some(true)));
+        store.keys().revoke(&id).await.unwrap();
+        assert_eq!((asks(&[]).await, asks(&["--no-auth"]).await), (Some(true), Some(false)));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod eigenvalues;
 mod example;
 mod health;
+mod keys;
 mod matching;
 mod output;
 mod reading;
@@ -21,6 +22,7 @@ use crate::telemetry::{self, LogFormat};
 use eigenvalues::EigenvaluesOptions;
 use example::ExampleOptions;
 use health::HealthOptions;
+use keys::KeysOptions;
 use matching::MatchOptions;
 use reading::ReadOptions;
 use sketchmatch::http::openapi;
@@ -44,6 +46,8 @@ pub struct Cli {
 pub enum Command {
     /// Serves the REST interface, with its workers in the process.
     Serve(ServeOptions),
+    /// Makes and ends the keys of those who may use a server.
+    Keys(KeysOptions),
     /// Matches a sketch to a mesh without a server.
     Match(MatchOptions),
     /// Draws what is seen in a sketch over it, without a server.
@@ -71,6 +75,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     let log = telemetry::log(&log, log_format)?;
     match command {
         Command::Serve(options) => serve::run(&options, &log),
+        Command::Keys(options) => keys::run(options),
         Command::Match(options) => matching::run(&options),
         Command::Read(options) => reading::run(&options),
         Command::Example(options) => example::run(&options),
@@ -103,13 +108,15 @@ mod tests {
 
     #[test]
     fn every_option_has_its_variable() {
-        for command in Cli::command().get_subcommands() {
+        let mut commands: Vec<clap::Command> = Cli::command().get_subcommands().cloned().collect();
+        while let Some(command) = commands.pop() {
             let options =
                 command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
             for option in options {
                 let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
             }
+            commands.extend(command.get_subcommands().cloned());
         }
     }
 }

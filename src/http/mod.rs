@@ -3,6 +3,7 @@
 //! A handler extracts, makes one or two calls and wraps the answer. What it hands to the store and takes from there is
 //! all it knows of the worker.
 
+pub mod admission;
 mod body;
 mod connections;
 mod events;
@@ -47,6 +48,7 @@ use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
 use axum::http::{HeaderName, Method, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
@@ -58,6 +60,7 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use crate::jobs;
 use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted, Unkept};
+use admission::{Admission, Door};
 use connections::Limits;
 use examples::Examples;
 pub use front_page::FrontPage;
@@ -69,9 +72,14 @@ use problem::Problem;
 /// How long a change of a job made by another process may go unnoticed.
 const POLL: Duration = Duration::from_secs(15);
 
+/// Connections at one time to the address of the measures: those who watch are few.
+const MEASURE_CONNECTIONS: usize = 64;
+
 /// What the service allows.
 #[derive(Clone, Debug)]
 pub struct Config {
+    /// Who is let in.
+    pub admission: Admission,
     /// Origins that scripts of other sites may call from.
     pub cors_origins: Vec<Origin>,
     /// Names to answer to beside local ones, on a loopback address; where there are some, on others too.
@@ -108,6 +116,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Config {
         Config {
+            admission: Admission::Anybody,
             cors_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             max_connections: 10_000,
@@ -259,12 +268,14 @@ impl App {
 /// Everything a server of these names answers, over `app`.
 fn router(app: App, hosts: Hosts) -> Router {
     let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
+    let door = Door { admission: app.config.admission.clone(), store: app.store.clone() };
     let (routes, document) = openapi::routes();
     routes
         .merge(front_page::routes())
         .with_state(app)
         .merge(SwaggerUi::new("/docs").external_url_unchecked("/openapi.json", document))
         .layer(DefaultBodyLimit::disable())
+        .layer(from_fn_with_state(door, admission::checked))
         .layer(CatchPanicLayer::custom(Problem::of_panic))
         .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
         .layer(map_response(problem::dressed))
@@ -295,7 +306,28 @@ pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
     let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
     let limits = Limits { connections: app.config.max_connections, idle: app.config.idle_timeout };
     let shutdown = app.shutdown.clone();
+    if let Admission::Keyholders(Some(file)) = &app.config.admission {
+        tokio::spawn(file.clone().watch(shutdown.clone()));
+    }
     connections::serve(listener, router(app, hosts), limits, shutdown).await;
+    Ok(())
+}
+
+/// Answers the measures alone on `listener`, to whoever reaches it, until `app` is told to stop.
+///
+/// # Errors
+/// What the listener said.
+pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<()> {
+    let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
+    let limits = Limits { connections: MEASURE_CONNECTIONS, idle: app.config.idle_timeout };
+    let (shutdown, deadline) = (app.shutdown.clone(), app.config.request_deadline);
+    let routes = Router::new()
+        .route("/metrics", get(health::measures))
+        .with_state(app)
+        .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
+        .layer(map_response(problem::dressed))
+        .layer(from_fn_with_state(Arc::new(hosts), host::checked));
+    connections::serve(listener, routes, limits, shutdown).await;
     Ok(())
 }
 

@@ -147,7 +147,7 @@ fn lasting(tag: &str) -> [(HeaderName, String); 3] {
     [
         (header::ETAG, tag.to_owned()),
         (header::CACHE_CONTROL, "private, max-age=31536000, immutable".to_owned()),
-        (header::VARY, "accept".to_owned()),
+        (header::VARY, "accept, authorization".to_owned()),
     ]
 }
 

@@ -39,6 +39,15 @@ pub(super) async fn version(pool: &AnyPool) -> Result<i64, StoreError> {
     Ok(sqlx::query_scalar("SELECT COALESCE(max(version), 0) FROM _sqlx_migrations").fetch_one(pool).await?)
 }
 
+/// Ok where the tables are those of this program.
+///
+/// # Errors
+/// [`StoreError::OtherVersion`]; what the database said.
+pub(super) async fn up_to_date(pool: &AnyPool) -> Result<(), StoreError> {
+    let (found, ours) = (version(pool).await?, migrator().iter().map(|migration| migration.version).max());
+    if Some(found) == ours { Ok(()) } else { Err(StoreError::OtherVersion) }
+}
+
 /// Brings the tables up to the present. The caller holds the lock that this needs.
 pub(super) async fn migrate(pool: &AnyPool) -> Result<(), StoreError> {
     Ok(migrator().run(pool).await?)
@@ -61,6 +70,7 @@ fn migrator() -> Migrator {
         (5, "names of jobs", include_str!("../../migrations/sqlite/0005_names_of_jobs.sql")),
         (6, "answers by key", include_str!("../../migrations/sqlite/0006_answers_by_key.sql")),
         (7, "sizes of shapes", include_str!("../../migrations/sqlite/0007_sizes_of_shapes.sql")),
+        (8, "keys", include_str!("../../migrations/sqlite/0008_keys.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)

@@ -12,6 +12,9 @@ pub enum StoreError {
         data_dir.display()
     )]
     Unnamed { data_dir: PathBuf },
+    /// The tables are those of another version of this program, which is running.
+    #[error("the server that has the data directory open is of another version than this program")]
+    OtherVersion,
     /// What was there at the start is not there now.
     #[error("{} is away", path.display())]
     Away { path: PathBuf },

@@ -12,6 +12,7 @@ mod front_page;
 mod hang_ups;
 mod headers;
 mod hostile_drawings;
+mod keys;
 mod logs;
 mod openapi;
 mod pictures;

@@ -4,6 +4,7 @@ mod calls;
 mod examples;
 mod links;
 mod parts;
+mod security;
 mod unions;
 
 use axum::Router;
@@ -85,6 +86,7 @@ pub fn document() -> Value {
 fn finished(mut document: Value) -> Value {
     calls::complete(&mut document);
     links::add(&mut document);
+    security::add(&mut document);
     examples::add(&mut document);
     parts::join(&mut document);
     unions::name_variants(&mut document);
