@@ -45,6 +45,9 @@ pub struct ServeOptions {
     /// Ask nobody for a key, also on an address that is not loopback.
     #[arg(long, env = "SKETCHMATCH_NO_AUTH", conflicts_with = "api_keys")]
     pub no_auth: bool,
+    /// Keep one cache of spectra and prepared meshes for all tenants, who can tell by its haste what others have computed.
+    #[arg(long, env = "SKETCHMATCH_SHARED_CACHES")]
+    pub shared_caches: bool,
     /// Address or name, and port, to answer /metrics on, to whoever reaches it.
     #[arg(long, env = "SKETCHMATCH_METRICS_LISTEN", value_parser = Listen::resolve)]
     pub metrics_listen: Option<Listen>,

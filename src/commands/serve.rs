@@ -39,6 +39,7 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
     let measures = telemetry::measures()?;
     tokio::spawn(telemetry::report_losses(log.losses()));
     let store = Store::open(&options.store.config()).await?;
+    let store = if options.shared_caches { store.with_shared_caches() } else { store };
     let admission = options.admission(&store).await?;
     let listener = listener(&options.listen).await?;
     tracing::info!(address = %listener.local_addr()?, "listening");

@@ -26,7 +26,7 @@ pub struct MatchDocument {
     pub request: Option<Value>,
     pub status: Status,
     pub progress: Progress,
-    /// Which it is of the matches that wait, from 1, where it waits.
+    /// Which it is of your matches that wait, from 1, where it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub place_in_queue: Option<i64>,
@@ -126,7 +126,7 @@ pub struct PoseDocument {
     pub status: Status,
     /// Of the one stage `posing`.
     pub progress: Progress,
-    /// Which it is of the poses that wait, from 1, where it waits.
+    /// Which it is of your poses that wait, from 1, where it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub place_in_queue: Option<i64>,

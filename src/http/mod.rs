@@ -44,7 +44,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
+use axum::extract::{DefaultBodyLimit, FromRequestParts, MatchedPath, Request};
+use axum::http::request::Parts;
 use axum::http::{HeaderName, Method, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::{IntoResponse, Response};
@@ -58,6 +59,7 @@ use tower_http::compression::CompressionLayer;
 use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
+use crate::access::Grant;
 use crate::jobs;
 use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted, Unkept};
 use admission::{Admission, Door};
@@ -136,7 +138,7 @@ impl Default for Config {
     }
 }
 
-/// What every handler has at hand. Clones share it.
+/// What every handler has at hand, its store that of the tenant who asks. Clones share it.
 #[derive(Clone)]
 pub struct App {
     store: Store,
@@ -152,6 +154,20 @@ pub struct App {
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
     examples: Examples,
+}
+
+/// What all are served with: an [`App`] comes of it with the tenant of a request.
+#[derive(Clone)]
+struct Service(App);
+
+impl FromRequestParts<Service> for App {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, Service(app): &Service) -> Result<App, Problem> {
+        let grant = parts.extensions.get::<Grant>();
+        let Grant { tenant, .. } = grant.ok_or_else(|| Problem::internal("nobody asked whose request this is"))?;
+        Ok(App { store: app.store.of(tenant), ..app.clone() })
+    }
 }
 
 /// Permits for this many bytes.
@@ -272,7 +288,7 @@ fn router(app: App, hosts: Hosts) -> Router {
     let (routes, document) = openapi::routes();
     routes
         .merge(front_page::routes())
-        .with_state(app)
+        .with_state(Service(app))
         .merge(SwaggerUi::new("/docs").external_url_unchecked("/openapi.json", document))
         .layer(DefaultBodyLimit::disable())
         .layer(from_fn_with_state(door, admission::checked))
@@ -323,7 +339,7 @@ pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<
     let (shutdown, deadline) = (app.shutdown.clone(), app.config.request_deadline);
     let routes = Router::new()
         .route("/metrics", get(health::measures))
-        .with_state(app)
+        .with_state(Service(app))
         .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
         .layer(map_response(problem::dressed))
         .layer(from_fn_with_state(Arc::new(hosts), host::checked));

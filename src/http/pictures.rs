@@ -1,6 +1,5 @@
 //! Pictures of matches.
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -98,7 +97,7 @@ pub(super) fn width(asked: Option<u32>, usual: u32) -> Result<u32, Problem> {
     ),
 )]
 pub async fn of_match(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PictureQuery>,
     headers: HeaderMap,
@@ -120,7 +119,7 @@ pub async fn of_match(
     ),
 )]
 pub async fn of_matrix(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<MatrixQuery>,
     headers: HeaderMap,
@@ -147,7 +146,7 @@ pub async fn of_matrix(
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<AnswerQuery>,
     headers: HeaderMap,

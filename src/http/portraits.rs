@@ -2,7 +2,6 @@
 
 use std::fmt::Display;
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -44,7 +43,7 @@ pub struct PortraitQuery {
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,
@@ -68,7 +67,7 @@ pub async fn of_mesh(
     ),
 )]
 pub async fn of_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,

@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::sync::Arc;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
@@ -62,7 +61,7 @@ pub struct PoseQuery {
     ),
 )]
 pub async fn create(
-    State(app): State<App>,
+    app: App,
     Query(query): Query<PoseQuery>,
     key: IdempotencyKey,
     wait: Wait,
@@ -154,7 +153,7 @@ fn unfit(faults: Vec<Fault>) -> Problem {
     get, path = "/v1/poses", operation_id = "list_poses", tag = "poses", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<PoseDocument>)),
 )]
-pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     resource::listed::<Posing>(&app, &query).await
 }
 
@@ -163,7 +162,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     get, path = "/v1/poses/{id}", operation_id = "read_pose", tag = "poses", params(("id" = String, Path)),
     responses((status = 200, description = "the pose", body = PoseDocument)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
+pub async fn read(app: App, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
     let job = resource::found::<Posing>(&app, &id).await?;
     Ok(Json(resource::described::<Posing>(&app, job).await?))
 }
@@ -176,7 +175,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<PoseDocumen
         (status = 204, description = "deleted"),
     ),
 )]
-pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem> {
+pub async fn end(app: App, Id(id): Id) -> Result<Response, Problem> {
     resource::ended::<Posing>(&app, &id).await
 }
 
@@ -185,7 +184,7 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
     post, path = "/v1/poses/{id}/cancel", operation_id = "cancel_pose", tag = "poses", params(("id" = String, Path)),
     responses((status = 200, description = "the pose as it now stands", body = PoseDocument)),
 )]
-pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
+pub async fn cancel(app: App, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
     resource::cancelled::<Posing>(&app, &id).await
 }
 
@@ -214,7 +213,7 @@ pub struct FrameQuery {
     ),
 )]
 pub async fn result(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<FrameQuery>,
     headers: HeaderMap,
@@ -257,7 +256,7 @@ const LARGEST_BASIS: usize = 6_000_000;
         (status = 413, description = "too large"),
     ),
 )]
-pub async fn basis(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn basis(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[SAFETENSORS, OCTETS])?;
     let result = resource::result::<Posing>(&app, &id).await?;
     let contents = Contents::of(&app, &result).await?;
@@ -310,7 +309,7 @@ pub struct PosePictureQuery {
     ),
 )]
 pub async fn picture(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PosePictureQuery>,
     headers: HeaderMap,

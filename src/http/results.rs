@@ -1,6 +1,5 @@
 //! The results of matches.
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 
@@ -28,7 +27,7 @@ const CSV: &str = "text/csv";
         (status = 409, description = "not finished, or finished without a result"),
     ),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn read(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, CSV, NPY, GLB])?;
     let result = resource::result::<Settings>(&app, &id).await?;
     if wanted.media_type() == GLB {

@@ -13,20 +13,26 @@ use crate::store::Store;
 pub struct CachedPreparations {
     store: Store,
     runtime: Handle,
-    flights: SingleFlight<blake3::Hash>,
+    /// By the folder of the caches they are kept in, and the mesh they are of.
+    flights: Arc<SingleFlight<(String, blake3::Hash)>>,
 }
 
 impl CachedPreparations {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedPreparations {
-        CachedPreparations { store, runtime: Handle::current(), flights: SingleFlight::new() }
+        CachedPreparations { store, runtime: Handle::current(), flights: Arc::new(SingleFlight::new()) }
+    }
+
+    /// The same, out of this store, which is another tenant's.
+    pub fn of(&self, store: Store) -> CachedPreparations {
+        CachedPreparations { store, runtime: self.runtime.clone(), flights: self.flights.clone() }
     }
 }
 
 impl pipeline::Preparations for CachedPreparations {
     fn prepared(&self, mesh: &TriangleMesh, watch: &dyn Watch) -> Result<Arc<PreparedMesh>, Cancelled> {
         let hash = mesh.content_hash();
-        let _flight = self.flights.board(hash, watch)?;
+        let _flight = self.flights.board((self.store.caches(), hash), watch)?;
         // A cache that fails costs time, not the answer.
         let cached = self.runtime.block_on(self.store.preparation(&hash));
         if let Ok(Some(prepared)) = cached.inspect_err(|error| tracing::warn!(%error, "no prepared mesh can be read")) {

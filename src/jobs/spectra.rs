@@ -14,13 +14,19 @@ use crate::store::{SpectrumKey, Store};
 pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
-    flights: SingleFlight<SpectrumKey>,
+    /// By the folder of the caches they are kept in, and what they are of.
+    flights: Arc<SingleFlight<(String, SpectrumKey)>>,
 }
 
 impl CachedSpectra {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: Handle::current(), flights: SingleFlight::new() }
+        CachedSpectra { store, runtime: Handle::current(), flights: Arc::new(SingleFlight::new()) }
+    }
+
+    /// The same, out of this store, which is another tenant's.
+    pub fn of(&self, store: Store) -> CachedSpectra {
+        CachedSpectra { store, runtime: self.runtime.clone(), flights: self.flights.clone() }
     }
 
     /// A cache that fails costs time, not the answer.
@@ -45,7 +51,7 @@ impl pipeline::Spectra for CachedSpectra {
         watch: &dyn Watch,
     ) -> Result<Arc<Spectrum>, SpectralError> {
         let key = SpectrumKey { shape_hash: mesh.content_hash(), boundary };
-        let _flight = self.flights.board(key, watch).map_err(EigenError::from)?;
+        let _flight = self.flights.board((self.store.caches(), key), watch).map_err(EigenError::from)?;
         if let Some(spectrum) = self.cached(&key, k) {
             return Ok(Arc::new(spectrum));
         }

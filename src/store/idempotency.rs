@@ -51,9 +51,10 @@ pub enum Remembered {
 impl Store {
     /// The turn of a request under this key: one after the other, in the order they came.
     pub async fn turn(&self, key: &str) -> Turn {
+        let key = self.own(key);
         let mutex = {
             let mut keys = self.turns.keys();
-            let waiting = keys.entry(key.to_owned()).or_default();
+            let waiting = keys.entry(key.clone()).or_default();
             waiting.upgrade().unwrap_or_else(|| {
                 let mutex = Arc::default();
                 *waiting = Arc::downgrade(&mutex);
@@ -61,7 +62,7 @@ impl Store {
             })
         };
         let guard = Some(mutex.lock_owned().await);
-        Turn { turns: self.turns.clone(), key: key.to_owned(), guard }
+        Turn { turns: self.turns.clone(), key, guard }
     }
 
     /// What was answered to `key` within the last 24 hours; `fingerprint` tells one request from another.
@@ -71,7 +72,7 @@ impl Store {
     pub async fn remembered(&self, key: &str, fingerprint: &str) -> Result<Remembered, StoreError> {
         let sql = "SELECT fingerprint, status, location, body FROM answers \
                    WHERE key = $1 AND expires_ms > (SELECT now_ms FROM clock)";
-        let Some(row) = sqlx::query(sql).bind(key).fetch_optional(&self.pool).await? else {
+        let Some(row) = sqlx::query(sql).bind(self.own(key)).fetch_optional(&self.pool).await? else {
             return Ok(Remembered::New);
         };
         if row.try_get::<&str, _>("fingerprint")? != fingerprint {
@@ -104,7 +105,7 @@ impl Store {
                    VALUES ($1, $2, $3, $4, $5, (SELECT now_ms FROM clock) + $6, $7) \
                    ON CONFLICT (key) DO NOTHING";
         sqlx::query(sql)
-            .bind(key)
+            .bind(self.own(key))
             .bind(fingerprint)
             .bind(i64::from(status))
             .bind(location)

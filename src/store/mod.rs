@@ -20,6 +20,7 @@ mod sealed;
 mod shapes;
 mod spectra;
 mod sweep;
+mod tenancy;
 mod tensors;
 mod upgrade;
 
@@ -29,6 +30,7 @@ use std::sync::Arc;
 use sqlx::AnyPool;
 use tokio::sync::RwLock;
 
+use crate::access::Tenant;
 use blobs::Blobs;
 use changes::Changes;
 pub use changes::{JobChanges, QueueChanges};
@@ -50,6 +52,9 @@ pub struct Config {
 }
 
 /// The one door to what outlives the process. Clones share it; the last one dropped gives the data directory free.
+///
+/// Shapes, jobs and remembered answers are those of one tenant, see [`of`](Self::of). Whoever works on jobs and measures them
+/// has to do with those of all.
 #[derive(Clone)]
 pub struct Store {
     pool: AnyPool,
@@ -59,6 +64,9 @@ pub struct Store {
     /// Read by those who write a blob and then the row that names it, written by those who delete what no row names.
     naming: Arc<RwLock<()>>,
     directory: Arc<Directory>,
+    tenant: Tenant,
+    /// Whether spectra and preparations are the same for all tenants.
+    shared_caches: bool,
 }
 
 impl Store {
@@ -79,7 +87,8 @@ impl Store {
         upgraded?;
         let pool = database::connected(&directory.database(), database::CONNECTIONS).await?;
         let (changes, turns, naming) = (Arc::default(), Arc::default(), Arc::default());
-        let store = Store { pool, blobs, changes, turns, naming, directory };
+        let (tenant, shared_caches) = (Tenant::default(), false);
+        let store = Store { pool, blobs, changes, turns, naming, directory, tenant, shared_caches };
         store.reap_all().await?;
         store.sweep().await?;
         Ok(store)

@@ -8,7 +8,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn preparation(&self, mesh: &blake3::Hash) -> Result<Option<PreparedMesh>, StoreError> {
-        let name = blob(mesh);
+        let name = format!("{}{}", self.caches(), blob(mesh));
         let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
         let decoded = blocking(move || Ok(postcard::from_bytes::<PreparedMesh>(&bytes))).await?;
         Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a preparation cannot be read")).ok())
@@ -20,7 +20,7 @@ impl Store {
     /// What the disk said.
     pub async fn put_preparation(&self, mesh: &blake3::Hash, prepared: &PreparedMesh) -> Result<(), StoreError> {
         let bytes = postcard::to_stdvec(prepared).map_err(|error| StoreError::damaged("the preparation", error))?;
-        self.blobs.put(&blob(mesh), bytes).await
+        self.blobs.put(&format!("{}{}", self.caches(), blob(mesh)), bytes).await
     }
 }
 

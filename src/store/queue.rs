@@ -39,30 +39,37 @@ impl Store {
     /// What the database said.
     pub async fn submit(&self, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
         let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for } = *job;
-        let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
-        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, state, created_ms) \
-                      SELECT $1, $2, $3, $4, $5, $6, $10, 'queued', now_ms FROM clock \
+        let (id, taken_ms, dedupe) =
+            (Uuid::now_v7().to_string(), milliseconds(taken_for), dedupe.map(|name| self.own(name)));
+        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms) \
+                      SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms FROM clock \
                       WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
                       AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
-                      AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5)) \
-                      AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6)) \
+                      AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
+                      AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6 AND tenant = $11)) \
                       AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
                       ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
         let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
-        let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
-        let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
+        let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
+        let query = query
+            .bind(count(places.queue))
+            .bind(count(places.of_kind))
+            .bind(taken_ms)
+            .bind(name)
+            .bind(self.tenant.as_str());
         if query.execute(&self.pool).await?.rows_affected() == 1 {
             self.changes.tell_of_queue();
             return Ok(self.job(&id).await?.map_or(Submitted::Gone, |job| Submitted::Taken(Box::new(job))));
         }
-        if let Some(name) = dedupe
+        if let Some(name) = &dedupe
             && let Some(same) = self.named(name, taken_ms).await?
         {
             return Ok(Submitted::Taken(Box::new(same)));
         }
-        let there = "SELECT ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1)) \
-                     AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2))";
-        let there: i64 = sqlx::query_scalar(there).bind(mesh).bind(sketch).fetch_one(&self.pool).await?;
+        let there = "SELECT ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1 AND tenant = $3)) \
+                     AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2 AND tenant = $3))";
+        let there = sqlx::query_scalar::<_, i64>(there).bind(mesh).bind(sketch).bind(self.tenant.as_str());
+        let there = there.fetch_one(&self.pool).await?;
         Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
     }
 
@@ -71,8 +78,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn payload(&self, id: &str) -> Result<Option<String>, StoreError> {
-        let sql = "SELECT payload FROM jobs WHERE id = $1";
-        Ok(sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?)
+        let sql = "SELECT payload FROM jobs WHERE id = $1 AND tenant = $2";
+        Ok(sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }
 
     /// The job of this name that is unfinished or younger than `taken_ms`.
@@ -96,11 +103,11 @@ impl Store {
              AND state = 'failed' AND finished_ms > (SELECT now_ms FROM clock) - $2",
             Job::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(milliseconds(lately));
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(self.own(dedupe)).bind(milliseconds(lately));
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Number of jobs of a kind that wait for a worker.
+    /// Number of jobs of a kind that wait for a worker, whose they are.
     ///
     /// # Errors
     /// What the database said.
@@ -114,8 +121,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
-        let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).fetch_optional(&self.pool).await?)
+        let sql = format!("SELECT {} FROM jobs WHERE id = $1 AND tenant = $2", Job::COLUMNS);
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }
 
     /// Jobs of one kind, newest first.
@@ -125,11 +132,12 @@ impl Store {
     pub async fn jobs(&self, kind: &str, page: &Page) -> Result<Vec<Job>, StoreError> {
         let (created_ms, id) = page.bound()?;
         let sql = format!(
-            "SELECT {} FROM jobs WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
+            "SELECT {} FROM jobs WHERE tenant = $5 AND kind = $1 AND (created_ms, id) < ($2, $3) \
              ORDER BY created_ms DESC, id DESC LIMIT $4",
             Job::COLUMNS
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(kind).bind(created_ms).bind(id).bind(i64::from(page.limit));
+        let query = query.bind(self.tenant.as_str());
         Ok(query.fetch_all(&self.pool).await?)
     }
 
@@ -175,7 +183,8 @@ impl Store {
             self.changes.tell_of_job(id, Some(State::Running));
             return Ok(Heartbeat::Held);
         }
-        let ended = self.job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
+        let ended =
+            self.of(&lease.job.tenant).job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
         Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
@@ -258,8 +267,9 @@ impl Store {
     /// What the database said.
     pub async fn cancel(&self, id: &str) -> Result<Option<Job>, StoreError> {
         let sql = "UPDATE jobs SET state = 'cancelled', revision = revision + 1, lease_ms = NULL, \
-                   finished_ms = (SELECT now_ms FROM clock) WHERE id = $1 AND state IN ('queued', 'running')";
-        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id)).await?;
+                   finished_ms = (SELECT now_ms FROM clock) \
+                   WHERE id = $1 AND tenant = $2 AND state IN ('queued', 'running')";
+        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id).bind(self.tenant.as_str())).await?;
         self.job(id).await
     }
 
@@ -268,9 +278,11 @@ impl Store {
     /// # Errors
     /// What the database or the disk said.
     pub async fn delete(&self, id: &str) -> Result<bool, StoreError> {
-        let sql = "DELETE FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'cancelled') RETURNING result";
+        let sql = "DELETE FROM jobs WHERE id = $1 AND tenant = $2 AND state IN ('succeeded', 'failed', 'cancelled') \
+                   RETURNING result";
         let mut transaction = self.pool.begin().await?;
-        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).fetch_all(&mut *transaction).await?;
+        let results: Vec<Option<String>> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
         if results.is_empty() {
             return Ok(false);
         }
@@ -288,8 +300,9 @@ impl Store {
     /// # Errors
     /// [`StoreError::LostResult`]; what the database or the disk said.
     pub async fn result(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
-        let sql = "SELECT result FROM jobs WHERE id = $1 AND result IS NOT NULL";
-        let name: Option<String> = sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?;
+        let sql = "SELECT result FROM jobs WHERE id = $1 AND tenant = $2 AND result IS NOT NULL";
+        let name: Option<String> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         let Some(name) = name else { return Ok(None) };
         let lost = |reason: String| StoreError::LostResult { job: id.to_owned(), reason };
         match self.blobs.read(&name).await {

@@ -6,6 +6,7 @@ use sqlx::{FromRow, Row};
 
 use super::geometry::{self, Encoded};
 use super::{NewJob, Page, Places, Store, StoreError, Submitted, blocking, idempotency, page};
+use crate::access::Tenant;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 
@@ -40,9 +41,14 @@ pub struct Source {
 impl Source {
     /// The id of an upload: the kind, an underscore and 32 hexadecimal digits of a hash of the file, of how it was read,
     /// and of the geometry that was read, so that an id stands for one geometry even where another version of this
-    /// program reads the file otherwise.
-    fn id(&self, kind: Kind, geometry: &str) -> String {
-        let mut hasher = blake3::Hasher::new();
+    /// program reads the file otherwise. Every tenant has a hash of its own, the default one that of before there were
+    /// tenants.
+    fn id(&self, kind: Kind, geometry: &str, tenant: &Tenant) -> String {
+        let mut hasher = if *tenant == Tenant::default() {
+            blake3::Hasher::new()
+        } else {
+            blake3::Hasher::new_derive_key(&format!("sketchmatch 2026 id of a shape of the tenant {tenant}"))
+        };
         for part in [&self.media_type, &self.parameters, geometry] {
             hasher.update(&(part.len() as u64).to_le_bytes()).update(part.as_bytes());
         }
@@ -85,26 +91,27 @@ impl Unkept {
         &self.id
     }
 
-    /// Names a shape whose geometry `encode` takes its time to write.
+    /// Names a shape of a tenant, whose geometry `encode` takes its time to write.
     async fn of(
+        tenant: &Tenant,
         kind: Kind,
         encode: impl FnOnce() -> Result<Encoded, StoreError> + Send + 'static,
         source: Source,
         body: Value,
     ) -> Result<Unkept, StoreError> {
+        let tenant = tenant.clone();
         let named = move || {
             let geometry = encode()?;
-            Ok(Unkept { id: source.id(kind, &geometry.name), kind, file: source.blob(), geometry, source, body })
+            Ok(Unkept {
+                id: source.id(kind, &geometry.name, &tenant),
+                kind,
+                file: source.blob(),
+                geometry,
+                source,
+                body,
+            })
         };
         blocking(named).await
-    }
-
-    /// A sketch that was drawn in a request, as [`Store::insert_sketch`] would keep it.
-    ///
-    /// # Errors
-    /// Where its geometry cannot be written.
-    pub async fn sketch(sketch: Sketch, source: Source, body: Value) -> Result<Unkept, StoreError> {
-        Unkept::of(Kind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
     }
 }
 
@@ -212,6 +219,14 @@ impl Store {
         self.insert(Kind::Sketch, move || geometry::of_sketch(&sketch), source, name, body).await
     }
 
+    /// A sketch that was drawn in a request, as [`insert_sketch`](Self::insert_sketch) would keep it.
+    ///
+    /// # Errors
+    /// Where its geometry cannot be written.
+    pub async fn unkept(&self, sketch: Sketch, source: Source, body: Value) -> Result<Unkept, StoreError> {
+        Unkept::of(&self.tenant, Kind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
+    }
+
     /// Keeps a shape whose geometry `encode` takes its time to write.
     async fn insert(
         &self,
@@ -221,7 +236,7 @@ impl Store {
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let shape = Unkept::of(kind, encode, source, body).await?;
+        let shape = Unkept::of(&self.tenant, kind, encode, source, body).await?;
         let (store, name) = (self.clone(), name.map(str::to_owned));
         // Carried through even where who asked for it hangs up: a blob is not to be left without its row.
         let kept = tokio::spawn(async move {
@@ -261,16 +276,16 @@ impl Store {
     async fn insert_row(&self, row: NewRow<'_>, name: Option<&str>, body: &Value) -> Result<(Shape, bool), StoreError> {
         let NewRow { id, kind, geometry, file, media_type, vertices, triangles } = row;
         let sql = "INSERT INTO shapes \
-                   (id, kind, name, body, geometry, file, media_type, vertices, triangles, created_ms) \
-                   VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, (SELECT now_ms FROM clock)) ON CONFLICT (id) DO NOTHING";
+                   (id, kind, name, body, geometry, file, media_type, vertices, triangles, tenant, created_ms) \
+                   VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, (SELECT now_ms FROM clock)) ON CONFLICT (id) DO NOTHING";
         let body = body.to_string();
         let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(&body);
         let query = query.bind(geometry).bind(file).bind(media_type);
-        let query = query.bind(vertices as i64).bind(triangles as i64);
+        let query = query.bind(vertices as i64).bind(triangles as i64).bind(self.tenant.as_str());
         let new = query.execute(&self.pool).await?.rows_affected() == 1;
         if !new {
-            let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3 WHERE id = $1";
-            sqlx::query(sql).bind(id).bind(name).bind(&body).execute(&self.pool).await?;
+            let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3 WHERE id = $1 AND tenant = $4";
+            sqlx::query(sql).bind(id).bind(name).bind(&body).bind(self.tenant.as_str()).execute(&self.pool).await?;
         }
         let shape = self.shape(kind, id).await?.ok_or(sqlx::Error::RowNotFound)?;
         Ok((shape, new))
@@ -281,8 +296,9 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn rename(&self, kind: Kind, id: &str, name: Option<&str>) -> Result<Option<Shape>, StoreError> {
-        let sql = "UPDATE shapes SET name = $3 WHERE id = $1 AND kind = $2";
-        sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).execute(&self.pool).await?;
+        let sql = "UPDATE shapes SET name = $3 WHERE id = $1 AND kind = $2 AND tenant = $4";
+        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(self.tenant.as_str());
+        query.execute(&self.pool).await?;
         self.shape(kind, id).await
     }
 
@@ -295,9 +311,10 @@ impl Store {
         let Some(shape) = self.shape(kind, id).await? else { return Ok(Deletion::Missing) };
         let _naming = self.naming.write().await;
         let mut transaction = self.pool.begin().await?;
-        let sql = "DELETE FROM shapes WHERE id = $1 AND kind = $2 AND NOT EXISTS (SELECT 1 FROM jobs \
+        let sql = "DELETE FROM shapes WHERE id = $1 AND kind = $2 AND tenant = $3 AND NOT EXISTS (SELECT 1 FROM jobs \
                    WHERE state IN ('queued', 'running') AND (mesh = $1 OR sketch = $1))";
-        let deleted = sqlx::query(sql).bind(id).bind(kind.as_str()).execute(&mut *transaction).await?;
+        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(self.tenant.as_str());
+        let deleted = query.execute(&mut *transaction).await?;
         if deleted.rows_affected() == 0 {
             drop(transaction);
             return Ok(if self.shape(kind, id).await?.is_some() { Deletion::Needed } else { Deletion::Missing });
@@ -328,8 +345,9 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn shape(&self, kind: Kind, id: &str) -> Result<Option<Shape>, StoreError> {
-        let sql = "SELECT * FROM shapes WHERE id = $1 AND kind = $2";
-        Ok(sqlx::query_as(sql).bind(id).bind(kind.as_str()).fetch_optional(&self.pool).await?)
+        let sql = "SELECT * FROM shapes WHERE id = $1 AND kind = $2 AND tenant = $3";
+        let query = sqlx::query_as(sql).bind(id).bind(kind.as_str()).bind(self.tenant.as_str());
+        Ok(query.fetch_optional(&self.pool).await?)
     }
 
     /// Shapes of one kind, newest first.
@@ -338,9 +356,10 @@ impl Store {
     /// [`StoreError::Cursor`], or what the database said.
     pub async fn shapes(&self, kind: Kind, page: &Page) -> Result<Vec<Shape>, StoreError> {
         let (created_ms, id) = page.bound()?;
-        let sql = "SELECT * FROM shapes WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
+        let sql = "SELECT * FROM shapes WHERE tenant = $5 AND kind = $1 AND (created_ms, id) < ($2, $3) \
                    ORDER BY created_ms DESC, id DESC LIMIT $4";
         let query = sqlx::query_as(sql).bind(kind.as_str()).bind(created_ms).bind(id).bind(i64::from(page.limit));
+        let query = query.bind(self.tenant.as_str());
         Ok(query.fetch_all(&self.pool).await?)
     }
 

@@ -37,7 +37,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
-        let folder = key.folder();
+        let folder = format!("{}{}", self.caches(), key.folder());
         let cached = self.blobs.names(&folder).await?;
         let lengths = cached.iter().filter_map(|name| length(name));
         let Some(length) = lengths.filter(|length| (k..=rung(k)).contains(length)).max() else { return Ok(None) };
@@ -52,7 +52,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn put_spectrum(&self, key: &SpectrumKey, spectrum: &Spectrum) -> Result<(), StoreError> {
-        let name = blob(&key.folder(), spectrum.len());
+        let name = blob(&format!("{}{}", self.caches(), key.folder()), spectrum.len());
         let bytes = encode(spectrum).map_err(|error| StoreError::damaged("the spectrum", error))?;
         self.blobs.put(&name, bytes).await
     }

@@ -20,5 +20,6 @@ mod poses;
 mod program;
 mod server;
 mod spectra;
+mod tenants;
 mod uploads;
 mod walk;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::SystemTime;
 
 use metrics_exporter_prometheus::PrometheusBuilder;
+use reqwest::header::{AUTHORIZATION, HeaderValue};
 use reqwest::{Client, RequestBuilder, Response};
 use serde_json::{Value, json};
 use sketchmatch::access::{Key, Scopes};
@@ -57,6 +58,21 @@ impl Server {
         let app = App::new(store.clone(), config, measures, shutdown.clone());
         tokio::spawn(http::serve(listener, app));
         Server { client: Client::new(), address, store, _stop: shutdown.drop_guard(), data }
+    }
+
+    /// Lets every request that names no key come with this one.
+    pub fn send(&mut self, key: &str) {
+        let header = (AUTHORIZATION, HeaderValue::try_from(format!("Bearer {key}")).unwrap());
+        self.client = Client::builder().default_headers([header].into_iter().collect()).build().unwrap();
+    }
+
+    /// A request with this key or none.
+    pub fn request_with(&self, key: Option<&str>, method: &str, path: &str) -> RequestBuilder {
+        let request = Client::new().request(method.parse().unwrap(), format!("{}{path}", self.address));
+        match key {
+            Some(key) => request.bearer_auth(key),
+            None => request,
+        }
     }
 
     /// A new key in its database, and the id of the key.

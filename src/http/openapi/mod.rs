@@ -15,8 +15,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    App, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses, regularisers,
-    results, sketches, spectra,
+    Service, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses,
+    regularisers, results, sketches, spectra,
 };
 
 #[derive(OpenApi)]
@@ -37,7 +37,7 @@ use super::{
 struct Head;
 
 /// Every route beside the document that describes it.
-pub(super) fn routes() -> (Router<App>, Value) {
+pub(super) fn routes() -> (Router<Service>, Value) {
     let router = OpenApiRouter::with_openapi(Head::openapi())
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::rename, meshes::delete))

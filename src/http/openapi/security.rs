@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::operations;
-use crate::http::admission::OPEN;
+use crate::http::admission::is_open;
 
 /// Adds the scheme of the keys, and says which calls need one. None is needed where the server asks for none, which the
 /// document cannot know: a call without is always among what is allowed.
@@ -17,7 +17,7 @@ pub(super) fn add(document: &mut Value) {
     });
     document["security"] = json!([{"key": []}, {}]);
     for (_, path, call) in operations(document) {
-        if OPEN.contains(&path) {
+        if is_open(path) {
             call["security"] = json!([]);
         }
     }

@@ -214,7 +214,7 @@ async fn an_upload_whose_sender_is_gone_is_kept_whole() {
 #[tokio::test]
 async fn a_shape_that_comes_with_a_job_is_kept_where_the_job_is_taken() {
     let (_directory, store) = fresh().await;
-    let drawn = async || Unkept::sketch(drawing(YAxis::Up), source("a"), json!({})).await.unwrap();
+    let drawn = async || store.unkept(drawing(YAxis::Up), source("a"), json!({})).await.unwrap();
     let id = drawn().await.id().to_owned();
     let job = NewJob { sketch: Some(&id), ..NewJob::of("match", "{}") };
     let full = Places { queue: 0, of_kind: 0 };
