@@ -3,11 +3,13 @@
 mod key;
 pub mod key_file;
 mod scope;
+mod signature;
 mod tenant;
 mod watched_file;
 
 pub use key::{Key, NoKey};
 pub use scope::{NoScopes, Scope, Scopes};
+pub use signature::Signer;
 pub use tenant::{NoTenant, Tenant};
 pub use watched_file::{KeyFileError, WatchedFile};
 

@@ -42,6 +42,10 @@ impl Default for Scopes {
 }
 
 impl Scopes {
+    pub fn of(scope: Scope) -> Scopes {
+        Scopes([scope].into())
+    }
+
     pub fn all() -> Scopes {
         Scopes(Scope::ALL.into())
     }

@@ -8,8 +8,9 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::problem::Problem;
+use super::{App, links};
 use crate::access::{Grant, Key, Scope, Scopes, Tenant, WatchedFile};
-use crate::store::{Store, StoreError};
+use crate::store::StoreError;
 
 /// Whom a server lets in.
 #[derive(Clone, Debug, Default)]
@@ -21,12 +22,9 @@ pub enum Admission {
     Keyholders(Option<WatchedFile>),
 }
 
-/// What stands at the door.
+/// What stands at the door: it knows the keys by the app.
 #[derive(Clone)]
-pub struct Door {
-    pub admission: Admission,
-    pub store: Store,
-}
+pub(super) struct Door(pub App);
 
 /// Paths that tell nothing of anybody: the page, the description of the interface, whether the server lives and takes
 /// requests. All others need a key.
@@ -37,13 +35,14 @@ pub(super) fn is_open(route: &str) -> bool {
     OPEN.contains(&route) || route.starts_with("/docs/")
 }
 
-/// Lets a request through that may do what it asks for, with the [`Grant`] of its key among its extensions; a line in the log
-/// tells of every change.
-pub async fn checked(State(door): State<Door>, mut request: Request, next: Next) -> Response {
+/// Lets a request through that may do what it asks for, with the [`Grant`] of its key or signature among its extensions; a
+/// line in the log tells of every change.
+pub(super) async fn checked(State(door): State<Door>, mut request: Request, next: Next) -> Response {
+    let signature = links::taken_out(request.uri_mut());
     let Some(scope) = needed(request.extensions().get::<MatchedPath>(), request.method()) else {
         return next.run(request).await;
     };
-    let grant = match door.grant(request.headers(), scope).await {
+    let grant = match door.grant(request.headers(), request.uri().path(), scope, signature).await {
         Ok(grant) => grant,
         Err(refused) => return refused.into_response(),
     };
@@ -74,24 +73,47 @@ fn needed(route: Option<&MatchedPath>, method: &Method) -> Option<Scope> {
 /// Why a request is not let through.
 enum Refused {
     NoKey,
-    /// Which of these it is, is not told.
+    /// Or of a signature: which of these it is, is not told.
     UnknownRevokedOrExpired,
     Lacking(Scope),
     Store(StoreError),
 }
 
 impl Door {
-    /// What the request of these headers may do, which is to be of this scope.
-    async fn grant(&self, headers: &HeaderMap, scope: Scope) -> Result<Grant, Refused> {
-        let Admission::Keyholders(file) = &self.admission else {
-            return Ok(Grant { tenant: Tenant::default(), scopes: Scopes::all(), key: "none".to_owned() });
-        };
-        let hash = bearer(headers)?.hash();
-        let grant = match file.as_ref().and_then(|file| file.grant(&hash, SystemTime::now())) {
-            Some(grant) => grant,
-            None => self.store.grant(&hash).await.map_err(Refused::Store)?.ok_or(Refused::UnknownRevokedOrExpired)?,
+    /// What a request may do, which is to be of this scope: by its key or, where it brings none, by the signature in its
+    /// address.
+    async fn grant(
+        &self,
+        headers: &HeaderMap,
+        path: &str,
+        scope: Scope,
+        signature: Option<String>,
+    ) -> Result<Grant, Refused> {
+        let grant = match (&self.0.config.admission, signature) {
+            (Admission::Anybody, _) => {
+                Grant { tenant: Tenant::default(), scopes: Scopes::all(), key: "none".to_owned() }
+            }
+            (Admission::Keyholders(_), Some(signature)) if !headers.contains_key(header::AUTHORIZATION) => {
+                self.by_signature(path, &signature).await?
+            }
+            (Admission::Keyholders(file), _) => self.by_key(file.as_ref(), bearer(headers)?).await?,
         };
         if grant.scopes.allow(scope) { Ok(grant) } else { Err(Refused::Lacking(scope)) }
+    }
+
+    async fn by_key(&self, file: Option<&WatchedFile>, key: Key) -> Result<Grant, Refused> {
+        let hash = key.hash();
+        match file.and_then(|file| file.grant(&hash, SystemTime::now())) {
+            Some(grant) => Ok(grant),
+            None => self.0.store.grant(&hash).await.map_err(Refused::Store)?.ok_or(Refused::UnknownRevokedOrExpired),
+        }
+    }
+
+    async fn by_signature(&self, path: &str, signature: &str) -> Result<Grant, Refused> {
+        let resource = links::resource(path).ok_or(Refused::UnknownRevokedOrExpired)?;
+        let signer = self.0.signer().await.map_err(Refused::Store)?;
+        let tenant = signer.opened(signature, resource, SystemTime::now()).ok_or(Refused::UnknownRevokedOrExpired)?;
+        Ok(Grant { tenant, scopes: Scopes::of(Scope::Read), key: "signature".to_owned() })
     }
 }
 
@@ -116,7 +138,7 @@ impl IntoResponse for Refused {
                 (StatusCode::UNAUTHORIZED, detail.to_owned(), REALM.to_owned())
             }
             Refused::UnknownRevokedOrExpired => {
-                let detail = "this key is not known here, was revoked, or has expired";
+                let detail = "this key or signature is not known here, was revoked, or has expired";
                 (StatusCode::UNAUTHORIZED, detail.to_owned(), format!("{REALM}, error=\"invalid_token\""))
             }
             Refused::Lacking(scope) => {

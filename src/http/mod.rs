@@ -15,6 +15,7 @@ mod host;
 mod idempotency;
 mod inline_sketch;
 mod job_document;
+mod links;
 mod matches;
 mod memory;
 mod meshes;
@@ -52,16 +53,16 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
-use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{Mutex, OnceCell, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
-use crate::access::Grant;
+use crate::access::{Grant, Signer};
 use crate::jobs;
-use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted, Unkept};
+use crate::store::{Job, JobChanges, NewJob, Places, Store, StoreError, Submitted, Unkept};
 use admission::{Admission, Door};
 use connections::Limits;
 use examples::Examples;
@@ -73,6 +74,9 @@ use problem::Problem;
 
 /// How long a change of a job made by another process may go unnoticed.
 const POLL: Duration = Duration::from_secs(15);
+
+/// The name of the secret that signs addresses.
+const LINKS: &str = "links";
 
 /// Connections at one time to the address of the measures: those who watch are few.
 const MEASURE_CONNECTIONS: usize = 64;
@@ -154,6 +158,8 @@ pub struct App {
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
     examples: Examples,
+    /// What signs addresses, once its secret was read.
+    signer: Arc<OnceCell<Signer>>,
 }
 
 /// What all are served with: an [`App`] comes of it with the tenant of a request.
@@ -195,7 +201,17 @@ impl App {
             checks: Arc::default(),
             process,
             examples: Examples::default(),
+            signer: Arc::default(),
         }
+    }
+
+    /// What signs addresses and knows its signatures again.
+    ///
+    /// # Errors
+    /// What the store said.
+    async fn signer(&self) -> Result<&Signer, StoreError> {
+        let signer = async { self.store.secret(LINKS).await.map(Signer::new) };
+        self.signer.get_or_try_init(|| signer).await
     }
 
     /// What `work` returns, done on a thread of its own: as many at a time as there are processors. Work that has begun
@@ -284,7 +300,7 @@ impl App {
 /// Everything a server of these names answers, over `app`.
 fn router(app: App, hosts: Hosts) -> Router {
     let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
-    let door = Door { admission: app.config.admission.clone(), store: app.store.clone() };
+    let door = Door(app.clone());
     let (routes, document) = openapi::routes();
     routes
         .merge(front_page::routes())

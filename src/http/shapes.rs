@@ -56,6 +56,14 @@ pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Resu
     document(app.store.shape(kind, id).await?.ok_or_else(|| missing(kind, id))?)
 }
 
+/// Ok where there is a shape of this id.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn there(app: &App, kind: Kind, id: &str) -> Result<(), Problem> {
+    app.store.shape(kind, id).await?.map(drop).ok_or_else(|| missing(kind, id))
+}
+
 /// The geometry of a mesh.
 ///
 /// # Errors

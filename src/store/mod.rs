@@ -17,6 +17,7 @@ mod page;
 mod preparations;
 mod queue;
 mod sealed;
+mod secrets;
 mod shapes;
 mod spectra;
 mod sweep;

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::drawings;
 use crate::program::Program;
-use crate::server::{Server, header, problem_of};
+use crate::server::{Server, header, json_of, problem_of};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn without_a_key_only_what_tells_of_nobody_is_answered() {
@@ -154,4 +154,48 @@ fn a_server_that_nobody_or_everybody_could_use_does_not_start() {
     assert!(refused(&["0.0.0.0:0"]).contains("--api-keys"));
     let said = refused(&["127.0.0.1:0", "--api-keys", file.to_str().unwrap()]);
     assert!(said.contains("keys, line 2: ") && !said.contains("good"), "{said}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_signed_address_needs_no_key_for_what_it_is_of() {
+    let mut server = Server::for_keyholders().await;
+    let (key, _) = server.key("acme", "read,write", None).await;
+    server.send(&key);
+    let (mesh, sketch) = (server.mesh().await, server.sketch().await);
+    let signed = server.get(&format!("/v1/meshes/{mesh}/links")).send().await.unwrap();
+    assert_eq!(header(&signed, "cache-control"), "no-store");
+    let signed = json_of(signed, 200).await;
+    assert!(signed["expires_at"].is_string());
+    let stranger = async |method: &str, path: &str| {
+        server.request_with(None, method, path).send().await.unwrap().status().as_u16()
+    };
+    for name in ["self", "mesh", "picture"] {
+        assert_eq!(stranger("GET", signed["links"][name].as_str().unwrap()).await, 200, "{name}");
+    }
+    let with = |path: String| {
+        format!(
+            "{path}{}signature={}",
+            if path.contains('?') { "&" } else { "?" },
+            signed["signature"].as_str().unwrap()
+        )
+    };
+    assert_eq!(stranger("GET", &with(format!("/v1/meshes/{mesh}/picture?width=200&format=svg"))).await, 200);
+    assert_eq!(stranger("HEAD", &with(format!("/v1/meshes/{mesh}"))).await, 200);
+    // It is for nothing else, and makes no other that lasts longer.
+    for path in [format!("/v1/meshes/{mesh}/links"), format!("/v1/sketches/{sketch}"), "/v1/meshes".to_owned()] {
+        assert_eq!(stranger("GET", &with(path.clone())).await, 401, "{path}");
+    }
+    assert_eq!(stranger("DELETE", &with(format!("/v1/meshes/{mesh}"))).await, 403);
+    assert_eq!(stranger("GET", &format!("/v1/meshes/{mesh}?signature=4102444800.forged.acme")).await, 401);
+    // A key goes before a signature.
+    let (other, _) = server.key("umbrella", "read", None).await;
+    let path = with(format!("/v1/meshes/{mesh}"));
+    assert_eq!(server.request_with(Some(&other), "GET", &path).send().await.unwrap().status(), 404);
+
+    let asked = server.request_match(json!({})).await.send().await.unwrap();
+    let matched = json_of(asked, 202).await["links"]["self"].as_str().unwrap().to_owned();
+    let signed = server.read(&format!("{matched}/links")).await;
+    let events = server.request_with(None, "GET", signed["links"]["events"].as_str().unwrap());
+    let events = events.send().await.unwrap().text().await.unwrap();
+    assert!(events.contains("\"succeeded\""), "{events}");
 }

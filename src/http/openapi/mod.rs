@@ -15,8 +15,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    Service, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, poses,
-    regularisers, results, sketches, spectra,
+    Service, events, examples as creatures, geometry, health, links as signed, matches, meshes, pictures, portraits,
+    poses, regularisers, results, sketches, spectra,
 };
 
 #[derive(OpenApi)]
@@ -42,6 +42,10 @@ pub(super) fn routes() -> (Router<Service>, Value) {
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::rename, meshes::delete))
         .routes(routes!(meshes::components))
+        .routes(routes!(signed::of_mesh))
+        .routes(routes!(signed::of_sketch))
+        .routes(routes!(signed::of_match))
+        .routes(routes!(signed::of_pose))
         .routes(routes!(geometry::of_mesh))
         .routes(routes!(portraits::of_mesh))
         .routes(routes!(portraits::of_sketch))
