@@ -12,20 +12,49 @@ use clap::Args;
 use sketchmatch::access::WatchedFile;
 use sketchmatch::http::admission::Admission;
 use sketchmatch::http::origin::Origin;
-use sketchmatch::store::Store;
+use sketchmatch::store::{BlobUrl, DatabaseUrl, Store};
 use sketchmatch::{http, store, worker};
 
-/// Where everything is kept.
+/// Where everything is kept: the same for every node.
 #[derive(Debug, Args)]
 pub struct StoreOptions {
-    /// Directory of the database and the blobs.
+    /// Directory of the database and the blobs, as far as they are not elsewhere.
     #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
     pub data_dir: PathBuf,
+    /// PostgreSQL database that many nodes share, postgres://user:password@host/database [default: SQLite in the data
+    /// directory, for one process].
+    #[arg(long, env = "SKETCHMATCH_DATABASE_URL", hide_env_values = true)]
+    pub database_url: Option<DatabaseUrl>,
+    /// Place of the blobs, s3://bucket/prefix or file:///folder [default: the data directory]. For S3, AWS_ACCESS_KEY_ID,
+    /// AWS_SECRET_ACCESS_KEY, AWS_REGION, AWS_ENDPOINT_URL and the like are read from the environment.
+    #[arg(long, env = "SKETCHMATCH_BLOB_URL")]
+    pub blob_url: Option<BlobUrl>,
 }
 
 impl StoreOptions {
     pub fn config(&self) -> store::Config {
-        store::Config { data_dir: self.data_dir.clone() }
+        let StoreOptions { data_dir, database_url, blob_url } = self;
+        store::Config { data_dir: data_dir.clone(), database_url: database_url.clone(), blob_url: blob_url.clone() }
+    }
+}
+
+/// How a node computes.
+#[derive(Debug, Args)]
+pub struct WorkerOptions {
+    /// Matches computed at one time [default: the number of processors].
+    #[arg(long, env = "SKETCHMATCH_WORKERS", value_parser = clap::value_parser!(u16).range(1..))]
+    pub workers: Option<u16>,
+    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_job_seconds: u64,
+}
+
+impl WorkerOptions {
+    pub fn config(&self) -> worker::Config {
+        let default = worker::Config::default();
+        let longest_job = Duration::from_secs(self.max_job_seconds);
+        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
     }
 }
 
@@ -36,9 +65,8 @@ pub struct ServeOptions {
     pub listen: Listen,
     #[command(flatten)]
     pub store: StoreOptions,
-    /// Matches computed at one time [default: the number of processors].
-    #[arg(long, env = "SKETCHMATCH_WORKERS", value_parser = clap::value_parser!(u16).range(1..))]
-    pub workers: Option<u16>,
+    #[command(flatten)]
+    pub worker: WorkerOptions,
     /// File of the keys that are let in, read again when it changes; those in the database are, too.
     #[arg(long, env = "SKETCHMATCH_API_KEYS")]
     pub api_keys: Option<PathBuf>,
@@ -87,10 +115,6 @@ pub struct ServeOptions {
     /// Memory one job may take, as estimated from its shapes before it is queued.
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_MEMORY", default_value_t = size(http::Config::default().max_job_memory))]
     pub max_job_memory: ByteSize,
-    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
-    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
-        value_parser = clap::value_parser!(u64).range(1..))]
-    pub max_job_seconds: u64,
     /// Most jobs that wait.
     #[arg(long, env = "SKETCHMATCH_MAX_QUEUE", default_value_t = http::Config::default().max_queue)]
     pub max_queue: usize,
@@ -178,12 +202,6 @@ impl ServeOptions {
             ..http::Config::default()
         }
     }
-
-    pub fn worker(&self) -> worker::Config {
-        let default = worker::Config::default();
-        let longest_job = Duration::from_secs(self.max_job_seconds);
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
-    }
 }
 
 #[cfg(test)]
@@ -223,7 +241,7 @@ mod tests {
     #[tokio::test]
     async fn only_loopback_is_served_unasked() {
         let directory = tempfile::tempdir().unwrap();
-        let store = Store::open(&store::Config { data_dir: directory.path().join("data") }).await.unwrap();
+        let store = Store::open(&store::Config::local(directory.path().join("data"))).await.unwrap();
         let file = directory.path().join("keys");
         std::fs::write(&file, "a-key").unwrap();
         let file = file.to_str().unwrap();
@@ -248,6 +266,15 @@ mod tests {
         assert_eq!((asks(&[]).await, asks(&public).await), (Some(true), Some(true)));
         store.keys().revoke(&id).await.unwrap();
         assert_eq!((asks(&[]).await, asks(&["--no-auth"]).await), (Some(true), Some(false)));
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_is_refused() {
+        for arguments in [["--database-url", "mysql://host/database"], ["--blob-url", "data/blobs"]] {
+            assert!(read(&arguments).is_err(), "{arguments:?}");
+        }
+        let store = serve(&["--database-url", "postgres://me:secret@host/database", "--blob-url", "s3://bucket"]);
+        assert!(!format!("{store:?}").contains("secret"));
     }
 
     #[test]

@@ -8,7 +8,10 @@ mod matching;
 mod output;
 mod reading;
 mod serve;
+mod signals;
+mod sweep;
 mod weigh;
+mod work;
 
 use std::fs;
 use std::io::{Write, stdin, stdout};
@@ -27,7 +30,9 @@ use matching::MatchOptions;
 use reading::ReadOptions;
 use sketchmatch::http::openapi;
 use sketchmatch::intake::svg_reader;
+use sweep::SweepOptions;
 use weigh::WeighOptions;
+use work::WorkOptions;
 
 /// Matches 2D sketches to 3D meshes by functional maps.
 #[derive(Debug, Parser)]
@@ -45,9 +50,13 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Serves the REST interface, with its workers in the process.
-    Serve(ServeOptions),
+    Serve(Box<ServeOptions>),
     /// Makes and ends the keys of those who may use a server.
     Keys(KeysOptions),
+    /// Computes what servers with the same store are asked for.
+    Work(WorkOptions),
+    /// Sets aside the blobs that nothing names.
+    Sweep(SweepOptions),
     /// Matches a sketch to a mesh without a server.
     Match(MatchOptions),
     /// Draws what is seen in a sketch over it, without a server.
@@ -76,6 +85,8 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     match command {
         Command::Serve(options) => serve::run(&options, &log),
         Command::Keys(options) => keys::run(options),
+        Command::Work(options) => work::run(&options),
+        Command::Sweep(options) => sweep::run(&options),
         Command::Match(options) => matching::run(&options),
         Command::Read(options) => reading::run(&options),
         Command::Example(options) => example::run(&options),

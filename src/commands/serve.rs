@@ -7,10 +7,10 @@ use futures::future::{Either, ready};
 use rustix::fs::Mode;
 use rustix::process::umask;
 use tokio::net::TcpListener;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
+use super::signals::stop_on_signal;
 use crate::config::{Listen, ServeOptions};
 use crate::telemetry::{self, Log};
 use sketchmatch::http::{self, App};
@@ -29,9 +29,9 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
     stop_on_signal(shutdown.clone())?;
     tracing::info!(
         version = env!("CARGO_PKG_VERSION"),
-        data_dir = %options.store.data_dir.display(),
+        store = ?options.store.config(),
         http = ?options.http(),
-        worker = ?options.worker(),
+        worker = ?options.worker.config(),
         "starting"
     );
     // What is uploaded is nobody's but the server's: files 600, folders 700.
@@ -43,7 +43,7 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
     let admission = options.admission(&store).await?;
     let listener = listener(&options.listen).await?;
     tracing::info!(address = %listener.local_addr()?, "listening");
-    let working = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
+    let working = tokio::spawn(worker::run(store.clone(), options.worker.config(), shutdown.clone()));
     let config = http::Config { admission, svg_reader: Some(svg_reader::this_program()?), ..options.http() };
     let app = App::new(store.clone(), config, measures, shutdown);
     let measuring = match &options.metrics_listen {
@@ -69,23 +69,6 @@ async fn listener(address: &Listen) -> anyhow::Result<TcpListener> {
 /// How the workers ended, a panic among the errors.
 async fn ended<E: Error + Send + Sync + 'static>(working: JoinHandle<Result<(), E>>) -> anyhow::Result<()> {
     working.await.context("the workers broke off")?.context("starting the workers")
-}
-
-/// Cancels `shutdown` at the first SIGTERM or SIGINT. A terminal that goes away (SIGHUP) stops nothing.
-fn stop_on_signal(shutdown: CancellationToken) -> anyhow::Result<()> {
-    let (mut terminate, mut interrupt) = (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
-    let mut hang_up = signal(SignalKind::hangup())?;
-    tokio::spawn(async move {
-        loop {
-            tokio::select! {
-                _ = terminate.recv() => break tracing::info!("SIGTERM: stopping"),
-                _ = interrupt.recv() => break tracing::info!("SIGINT: stopping"),
-                _ = hang_up.recv() => tracing::info!("SIGHUP: there is nothing to read anew, going on"),
-            }
-        }
-        shutdown.cancel();
-    });
-    Ok(())
 }
 
 #[cfg(test)]

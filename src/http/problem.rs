@@ -100,7 +100,7 @@ impl Problem {
         tracing::error!(%error, "the server lacks what it takes");
         match lack {
             Lack::Space => Problem::new(StatusCode::INSUFFICIENT_STORAGE, "the disk of the server is full"),
-            Lack::Means => Problem::busy("the server cannot use its data directory now", 5),
+            Lack::Means => Problem::busy("the server cannot use its store now", 5),
         }
     }
 

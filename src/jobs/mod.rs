@@ -7,10 +7,10 @@ pub mod decomposition;
 mod failure;
 mod kind;
 mod matching;
+mod once;
 pub mod posing;
 mod preparations;
 mod progress;
-mod single_flight;
 mod spectra;
 
 pub use bench::Bench;

@@ -2,31 +2,28 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::single_flight::SingleFlight;
+use super::once::once;
 use crate::mesh::TriangleMesh;
 use crate::numerics::Watch;
-use crate::numerics::block_lanczos::EigenError;
 use crate::pipeline;
 use crate::spectral::{self, Boundary, SpectralError, Spectrum};
 use crate::store::{SpectrumKey, Store};
 
-/// Spectra out of the store, computed and kept where they are not there yet; each by one job at a time.
+/// Spectra out of the store, computed and kept where they are not there yet; each by one job of all nodes.
 pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
-    /// By the folder of the caches they are kept in, and what they are of.
-    flights: Arc<SingleFlight<(String, SpectrumKey)>>,
 }
 
 impl CachedSpectra {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: Handle::current(), flights: Arc::new(SingleFlight::new()) }
+        CachedSpectra { store, runtime: Handle::current() }
     }
 
     /// The same, out of this store, which is another tenant's.
     pub fn of(&self, store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: self.runtime.clone(), flights: self.flights.clone() }
+        CachedSpectra { store, runtime: self.runtime.clone() }
     }
 
     /// A cache that fails costs time, not the answer.
@@ -51,12 +48,12 @@ impl pipeline::Spectra for CachedSpectra {
         watch: &dyn Watch,
     ) -> Result<Arc<Spectrum>, SpectralError> {
         let key = SpectrumKey { shape_hash: mesh.content_hash(), boundary };
-        let _flight = self.flights.board((self.store.caches(), key), watch).map_err(EigenError::from)?;
-        if let Some(spectrum) = self.cached(&key, k) {
-            return Ok(Arc::new(spectrum));
-        }
-        let spectrum = spectral::spectrum(mesh, k, boundary, watch)?;
-        self.keep(&key, &spectrum);
-        Ok(Arc::new(spectrum))
+        let compute = || {
+            let spectrum = spectral::spectrum(mesh, k, boundary, watch)?;
+            self.keep(&key, &spectrum);
+            Ok(spectrum)
+        };
+        once((&self.store, &self.runtime), &self.store.spectrum_name(&key, k), watch, || self.cached(&key, k), compute)
+            .map(Arc::new)
     }
 }

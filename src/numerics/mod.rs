@@ -24,6 +24,7 @@ mod triangular_solve;
 
 mod decomposition_error;
 mod frobenius;
+mod instruction_set;
 mod median;
 mod report;
 mod side_by_side;
@@ -35,6 +36,7 @@ pub(crate) mod random;
 
 pub use decomposition_error::DecompositionError;
 pub use frobenius::inner_product;
+pub use instruction_set::instruction_set;
 pub use median::median;
 pub use report::{Report, Stopped};
 pub use side_by_side::side_by_side;

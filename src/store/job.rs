@@ -40,7 +40,8 @@ impl State {
         matches!(self, State::Succeeded | State::Failed | State::Cancelled)
     }
 
-    fn named(name: &str) -> Option<State> {
+    /// The state of this name, if there is one.
+    pub(super) fn named(name: &str) -> Option<State> {
         State::ALL.into_iter().find(|state| state.as_str() == name)
     }
 }

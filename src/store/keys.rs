@@ -4,6 +4,7 @@ use blake3::Hash;
 use sqlx::any::AnyRow;
 use sqlx::{AnyPool, FromRow, Row};
 
+use super::database::Engine;
 use super::{Config, Store, StoreError, database};
 use crate::access::key_file::milliseconds;
 use crate::access::{Grant, Key, Scopes, Tenant};
@@ -42,6 +43,7 @@ impl<'r> FromRow<'r, AnyRow> for KeyRow {
 #[derive(Clone)]
 pub struct Keys {
     pool: AnyPool,
+    engine: Engine,
 }
 
 fn id(hash: &Hash) -> String {
@@ -55,14 +57,15 @@ impl Keys {
     /// As [`Store::open`]; [`StoreError::OtherVersion`] beside a server of a version with other tables.
     pub async fn open(config: &Config) -> Result<Keys, StoreError> {
         match Store::open(config).await {
+            Ok(store) if store.is_shared() => return Ok(store.keys()),
             // The directory is let go at once, so that a server can be started meanwhile.
             Ok(store) => store.close().await?,
             Err(StoreError::Locked { .. }) => {}
             Err(error) => return Err(error),
         }
-        let pool = database::connected(&config.data_dir.join("sketchmatch.db"), 1).await?;
-        database::up_to_date(&pool).await?;
-        Ok(Keys { pool })
+        let (pool, engine) = (database::of_file(&config.data_dir.join("sketchmatch.db"), 1).await?, Engine::Sqlite);
+        engine.up_to_date(&pool).await?;
+        Ok(Keys { pool, engine })
     }
 
     /// Ends the use of the database in peace.
@@ -70,7 +73,7 @@ impl Keys {
     /// # Errors
     /// What the database said.
     pub async fn close(&self) -> Result<(), StoreError> {
-        database::close(&self.pool).await
+        self.engine.close(&self.pool).await
     }
 
     /// Keeps the hash of a key and what it opens until `expires`; the key's id.
@@ -135,7 +138,7 @@ impl Keys {
 impl Store {
     /// The keys in the database.
     pub fn keys(&self) -> Keys {
-        Keys { pool: self.pool.clone() }
+        Keys { pool: self.pool.clone(), engine: self.engine }
     }
 
     /// Whether there ever was a key in the database: a server whose last key was revoked is not open to everybody.
@@ -165,7 +168,7 @@ impl Store {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::testing::{fresh, open};
+    use crate::store::testing::{Place, fresh, on_every_database};
 
     const ACME: &str = "acme";
 
@@ -177,11 +180,14 @@ mod tests {
 
     #[tokio::test]
     async fn a_key_opens_what_was_said_until_it_is_revoked() {
-        let (directory, store) = fresh().await;
+        on_every_database(revoked).await;
+    }
+
+    async fn revoked(place: Place, store: Store) {
         assert!(!store.has_keys().await.unwrap());
         let (key, id) = added(&store.keys(), None).await;
         drop(store);
-        let store = open(&directory).await;
+        let store = place.open().await;
         let grant = Grant { tenant: ACME.parse().unwrap(), scopes: Scopes::default(), key: id.clone() };
         assert_eq!(store.grant(&key.hash()).await.unwrap(), Some(grant));
         assert_eq!(store.grant(&Key::random().unwrap().hash()).await.unwrap(), None);
@@ -203,7 +209,10 @@ mod tests {
 
     #[tokio::test]
     async fn a_key_expires() {
-        let (_directory, store) = fresh().await;
+        on_every_database(expiring).await;
+    }
+
+    async fn expiring(_: Place, store: Store) {
         let (late, _) = added(&store.keys(), Some(SystemTime::UNIX_EPOCH + Duration::from_secs(1))).await;
         assert_eq!(store.grant(&late.hash()).await.unwrap(), None);
         let (key, id) = added(&store.keys(), None).await;
@@ -219,9 +228,9 @@ mod tests {
     #[tokio::test]
     async fn keys_are_written_beside_a_server_and_before_there_is_one() {
         let directory = tempfile::tempdir().unwrap();
-        let config = Config { data_dir: directory.path().join("data") };
+        let config = Config::local(directory.path().join("data"));
         let (first, _) = added(&Keys::open(&config).await.unwrap(), None).await;
-        let store = open(&directory).await;
+        let store = Store::open(&config).await.unwrap();
         let (second, _) = added(&Keys::open(&config).await.unwrap(), None).await;
         for key in [first, second] {
             assert!(store.grant(&key.hash()).await.unwrap().is_some());

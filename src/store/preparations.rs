@@ -1,5 +1,6 @@
 use super::{Store, StoreError, blocking};
 use crate::alignment::prepared::{PREPARATION_VERSION, PreparedMesh};
+use crate::numerics::instruction_set;
 
 impl Store {
     /// The mesh of that content made ready for the alignment, where it is cached; nothing where it is damaged, so that
@@ -8,7 +9,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn preparation(&self, mesh: &blake3::Hash) -> Result<Option<PreparedMesh>, StoreError> {
-        let name = format!("{}{}", self.caches(), blob(mesh));
+        let name = self.preparation_name(mesh);
         let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
         let decoded = blocking(move || Ok(postcard::from_bytes::<PreparedMesh>(&bytes))).await?;
         Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a preparation cannot be read")).ok())
@@ -20,12 +21,17 @@ impl Store {
     /// What the disk said.
     pub async fn put_preparation(&self, mesh: &blake3::Hash, prepared: &PreparedMesh) -> Result<(), StoreError> {
         let bytes = postcard::to_stdvec(prepared).map_err(|error| StoreError::damaged("the preparation", error))?;
-        self.blobs.put(&format!("{}{}", self.caches(), blob(mesh)), bytes).await
+        self.blobs.put(&self.preparation_name(mesh), bytes).await
+    }
+
+    /// What making the mesh of that content ready is claimed by.
+    pub fn preparation_name(&self, mesh: &blake3::Hash) -> String {
+        self.cached_as(&blob(mesh))
     }
 }
 
 fn blob(mesh: &blake3::Hash) -> String {
-    format!("preparations/{}/{PREPARATION_VERSION}", mesh.to_hex())
+    format!("preparations/{}/{PREPARATION_VERSION}-{}", mesh.to_hex(), instruction_set())
 }
 
 #[cfg(test)]

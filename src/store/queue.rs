@@ -2,10 +2,14 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use serde_json::Value;
-use sqlx::AssertSqlSafe;
+use sqlx::{Any, AssertSqlSafe, Transaction};
 use uuid::Uuid;
 
-use super::{Heartbeat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem};
+use super::{
+    Heartbeat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, milliseconds,
+    problem,
+};
+use crate::access::Tenant;
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
@@ -27,10 +31,6 @@ fn rest(tries: i64) -> Duration {
     FIRST_REST.saturating_mul(1 << doublings).min(LONGEST_REST)
 }
 
-fn milliseconds(duration: Duration) -> i64 {
-    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
-}
-
 impl Store {
     /// Puts a job into the queue, if there is a place for it: of many that come at the same moment no more are taken than
     /// there are places.
@@ -38,39 +38,13 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn submit(&self, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
-        let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for } = *job;
-        let (id, taken_ms, dedupe) =
-            (Uuid::now_v7().to_string(), milliseconds(taken_for), dedupe.map(|name| self.own(name)));
-        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms) \
-                      SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms FROM clock \
-                      WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
-                      AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
-                      AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
-                      AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6 AND tenant = $11)) \
-                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
-                      ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
-        let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
-        let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
-        let query = query
-            .bind(count(places.queue))
-            .bind(count(places.of_kind))
-            .bind(taken_ms)
-            .bind(name)
-            .bind(self.tenant.as_str());
-        if query.execute(&self.pool).await?.rows_affected() == 1 {
+        let mut transaction = self.engine.alone(&self.pool).await?;
+        let submitted = enqueue(&mut transaction, &self.tenant, job, places).await?;
+        transaction.commit().await?;
+        if matches!(submitted, Submitted::Taken(_)) {
             self.changes.tell_of_queue();
-            return Ok(self.job(&id).await?.map_or(Submitted::Gone, |job| Submitted::Taken(Box::new(job))));
         }
-        if let Some(name) = &dedupe
-            && let Some(same) = self.named(name, taken_ms).await?
-        {
-            return Ok(Submitted::Taken(Box::new(same)));
-        }
-        let there = "SELECT ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1 AND tenant = $3)) \
-                     AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2 AND tenant = $3))";
-        let there = sqlx::query_scalar::<_, i64>(there).bind(mesh).bind(sketch).bind(self.tenant.as_str());
-        let there = there.fetch_one(&self.pool).await?;
-        Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
+        Ok(submitted)
     }
 
     /// What a job does, in JSON, if there is such a job.
@@ -80,17 +54,6 @@ impl Store {
     pub async fn payload(&self, id: &str) -> Result<Option<String>, StoreError> {
         let sql = "SELECT payload FROM jobs WHERE id = $1 AND tenant = $2";
         Ok(sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
-    }
-
-    /// The job of this name that is unfinished or younger than `taken_ms`.
-    async fn named(&self, dedupe: &str, taken_ms: i64) -> Result<Option<Job>, StoreError> {
-        let sql = format!(
-            "SELECT {} FROM jobs WHERE dedupe = $1 \
-             AND (state IN ('queued', 'running') OR created_ms > (SELECT now_ms FROM clock) - $2) \
-             ORDER BY created_ms DESC, id DESC LIMIT 1",
-            Job::COLUMNS
-        );
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(taken_ms).fetch_optional(&self.pool).await?)
     }
 
     /// Why the latest job of this name failed, if it did so within `lately`.
@@ -103,7 +66,7 @@ impl Store {
              AND state = 'failed' AND finished_ms > (SELECT now_ms FROM clock) - $2",
             Job::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(self.own(dedupe)).bind(milliseconds(lately));
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(self.tenant.own(dedupe)).bind(milliseconds(lately));
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
@@ -152,7 +115,8 @@ impl Store {
              revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
              lease_ms = (SELECT now_ms FROM clock) + $1 \
              WHERE state = 'queued' AND id = (SELECT id FROM jobs WHERE state = 'queued' AND kind = $2 \
-             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1) RETURNING {}, payload, tries",
+             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1 {}) RETURNING {}, payload, tries",
+            self.engine.for_update(),
             Job::COLUMNS
         );
         for kind in kinds {
@@ -183,8 +147,7 @@ impl Store {
             self.changes.tell_of_job(id, Some(State::Running));
             return Ok(Heartbeat::Held);
         }
-        let ended =
-            self.of(&lease.job.tenant).job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
+        let ended = self.of(&lease.job.tenant).job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
         Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
@@ -281,8 +244,7 @@ impl Store {
         let sql = "DELETE FROM jobs WHERE id = $1 AND tenant = $2 AND state IN ('succeeded', 'failed', 'cancelled') \
                    RETURNING result";
         let mut transaction = self.pool.begin().await?;
-        let results: Vec<Option<String>> =
-            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
+        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
         if results.is_empty() {
             return Ok(false);
         }
@@ -301,8 +263,7 @@ impl Store {
     /// [`StoreError::LostResult`]; what the database or the disk said.
     pub async fn result(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
         let sql = "SELECT result FROM jobs WHERE id = $1 AND tenant = $2 AND result IS NOT NULL";
-        let name: Option<String> =
-            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
+        let name: Option<String> = sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         let Some(name) = name else { return Ok(None) };
         let lost = |reason: String| StoreError::LostResult { job: id.to_owned(), reason };
         match self.blobs.read(&name).await {
@@ -357,6 +318,57 @@ impl Store {
         }
         Ok(changed)
     }
+}
+
+/// Puts a job into the queue, if there is a place for it and the shapes it needs are there. The transaction is
+/// [`alone`](super::database::Engine::alone), as is that of whoever deletes a shape.
+pub(super) async fn enqueue(
+    transaction: &mut Transaction<'_, Any>,
+    tenant: &Tenant,
+    job: &NewJob<'_>,
+    places: Places,
+) -> Result<Submitted, StoreError> {
+    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for } = *job;
+    let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
+    let dedupe = dedupe.map(|name| tenant.own(name));
+    let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms) \
+                  SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms FROM clock \
+                  WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
+                  AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
+                  AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
+                  AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6 AND tenant = $11)) \
+                  AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
+                  ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
+    let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
+    let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
+    let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name).bind(tenant.as_str());
+    if query.execute(&mut **transaction).await?.rows_affected() == 1 {
+        let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
+        let job = sqlx::query_as(AssertSqlSafe(sql)).bind(&id).fetch_one(&mut **transaction).await?;
+        return Ok(Submitted::Taken(Box::new(job)));
+    }
+    if let Some(dedupe) = &dedupe
+        && let Some(same) = named(transaction, dedupe, taken_ms).await?
+    {
+        return Ok(Submitted::Taken(Box::new(same)));
+    }
+    let there = "SELECT count(*) FROM clock WHERE ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1 AND tenant = $3)) \
+                 AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2 AND tenant = $3))";
+    let there = sqlx::query_scalar::<_, i64>(there).bind(mesh).bind(sketch).bind(tenant.as_str());
+    let there = there.fetch_one(&mut **transaction).await?;
+    Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
+}
+
+/// The job of this name that is unfinished or younger than `taken_ms`.
+async fn named(transaction: &mut Transaction<'_, Any>, dedupe: &str, taken_ms: i64) -> Result<Option<Job>, StoreError> {
+    let sql = format!(
+        "SELECT {} FROM jobs WHERE dedupe = $1 \
+         AND (state IN ('queued', 'running') OR created_ms > (SELECT now_ms FROM clock) - $2) \
+         ORDER BY created_ms DESC, id DESC LIMIT 1",
+        Job::COLUMNS
+    );
+    let query = sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(taken_ms);
+    Ok(query.fetch_optional(&mut **transaction).await?)
 }
 
 /// How a job goes back into the queue: with some tries given back, if it has used up fewer than `limit`, to rest before

@@ -28,14 +28,18 @@ impl Store {
 
 #[cfg(test)]
 mod tests {
-    use crate::store::testing::{fresh, open};
+    use crate::store::Store;
+    use crate::store::testing::{Place, on_every_database};
 
     #[tokio::test]
     async fn a_secret_stays_what_it_is() {
-        let (directory, store) = fresh().await;
+        on_every_database(asked_twice).await;
+    }
+
+    async fn asked_twice(place: Place, store: Store) {
         let (first, other) = (store.secret("one").await.unwrap(), store.secret("other").await.unwrap());
         assert_ne!(first, other);
         drop(store);
-        assert_eq!(open(&directory).await.secret("one").await.unwrap(), first);
+        assert_eq!(place.open().await.secret("one").await.unwrap(), first);
     }
 }

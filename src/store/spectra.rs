@@ -3,6 +3,7 @@ use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
 use super::tensors::{self, Array};
 use super::{Store, StoreError, blocking};
+use crate::numerics::instruction_set;
 use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum, rung};
 
 /// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
@@ -11,7 +12,7 @@ const OPERATOR: &str = "cotangent-mixed";
 /// Rows of eigenfunctions that are decoded together.
 const ROWS: usize = 64;
 
-/// What a spectrum is of. Operator and version of the solver are added where it is stored.
+/// What a spectrum is of. Operator, version of the solver and instruction set are added where it is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SpectrumKey {
     /// Content of the mesh that was decomposed.
@@ -25,11 +26,17 @@ impl SpectrumKey {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
         };
-        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}", self.shape_hash.to_hex())
+        let instructions = instruction_set();
+        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}-{instructions}", self.shape_hash.to_hex())
     }
 }
 
 impl Store {
+    /// What the computation of at least `k` eigenpairs is claimed by.
+    pub fn spectrum_name(&self, key: &SpectrumKey, k: usize) -> String {
+        blob(&self.cached_as(&key.folder()), rung(k))
+    }
+
     /// At least `k` eigenpairs where they are cached, and just those that would be computed: [`rung`] of them, or all
     /// there are. A longer spectrum cut short has other functions within repeated eigenvalues. Nothing where it is
     /// damaged, so that it is computed and written anew.
@@ -37,7 +44,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
-        let folder = format!("{}{}", self.caches(), key.folder());
+        let folder = self.cached_as(&key.folder());
         let cached = self.blobs.names(&folder).await?;
         let lengths = cached.iter().filter_map(|name| length(name));
         let Some(length) = lengths.filter(|length| (k..=rung(k)).contains(length)).max() else { return Ok(None) };
@@ -52,7 +59,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn put_spectrum(&self, key: &SpectrumKey, spectrum: &Spectrum) -> Result<(), StoreError> {
-        let name = blob(&format!("{}{}", self.caches(), key.folder()), spectrum.len());
+        let name = blob(&self.cached_as(&key.folder()), spectrum.len());
         let bytes = encode(spectrum).map_err(|error| StoreError::damaged("the spectrum", error))?;
         self.blobs.put(&name, bytes).await
     }

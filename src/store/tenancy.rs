@@ -20,19 +20,21 @@ impl Store {
         &self.tenant
     }
 
-    /// What a name of this tenant's choosing is stored under, which no name of another tenant's is. Names of the default
-    /// tenant are stored as they are, as they were before there were tenants; no name has a space.
-    pub(super) fn own(&self, name: &str) -> String {
-        if self.tenant == Tenant::default() { name.to_owned() } else { format!("{} {name}", self.tenant) }
-    }
-
-    /// The folder of the caches that this tenant may use.
-    pub fn caches(&self) -> String {
+    /// Where what `name` says is kept among the caches: a tenant's own or, where they are shared, that of all.
+    pub(super) fn cached_as(&self, name: &str) -> String {
         if self.shared_caches || self.tenant == Tenant::default() {
-            String::new()
+            name.to_owned()
         } else {
-            format!("tenants/{}/", self.tenant)
+            format!("tenants/{}/{name}", self.tenant)
         }
+    }
+}
+
+impl Tenant {
+    /// What a name of this tenant's choosing is stored under, which no name of another tenant's is. Names of the default
+    /// tenant are stored as they are, as they were before there were tenants; no name of a client's has a space.
+    pub(super) fn own(&self, name: &str) -> String {
+        if *self == Tenant::default() { name.to_owned() } else { format!("{self} {name}") }
     }
 }
 
@@ -44,8 +46,8 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::testing::{fresh, open};
-    use crate::store::{Deletion, Kind, NewJob, Page, Places, Remembered, Source, State, Submitted, database};
+    use crate::store::testing::{Place, on_every_database};
+    use crate::store::{Config, Deletion, Kind, NewJob, Page, Places, Remembered, Source, State, Submitted, database};
 
     const WHOLE: Page = Page { after: None, limit: 100 };
     const PLACES: Places = Places { queue: 9, of_kind: 9 };
@@ -64,7 +66,10 @@ mod tests {
 
     #[tokio::test]
     async fn one_upload_is_a_shape_of_each_tenant() {
-        let (_directory, store) = fresh().await;
+        on_every_database(uploaded).await;
+    }
+
+    async fn uploaded(_: Place, store: Store) {
         let mut ids = Vec::new();
         for tenant in tenants(&store) {
             for new in [true, false] {
@@ -94,7 +99,10 @@ mod tests {
 
     #[tokio::test]
     async fn a_job_is_its_tenants_alone_and_any_workers() {
-        let (_directory, store) = fresh().await;
+        on_every_database(worked_on).await;
+    }
+
+    async fn worked_on(_: Place, store: Store) {
         let [_, acme, umbrella] = tenants(&store);
         let job = NewJob { dedupe: Some("once"), ..NewJob::of("match", "{}") };
         let mut ids = Vec::new();
@@ -122,7 +130,10 @@ mod tests {
 
     #[tokio::test]
     async fn answers_and_caches_are_each_tenants_own() {
-        let (_directory, store) = fresh().await;
+        on_every_database(remembered).await;
+    }
+
+    async fn remembered(_: Place, store: Store) {
         let [default, acme, umbrella] = tenants(&store);
         acme.remember("k", "f", 201, None, b"mine").await.unwrap();
         assert_ne!(acme.remembered("k", "f").await.unwrap(), Remembered::New);
@@ -132,9 +143,9 @@ mod tests {
         let held = acme.turn("k").await;
         umbrella.turn("k").await;
         drop(held);
-        assert_ne!(acme.caches(), umbrella.caches());
+        assert_ne!(acme.cached_as("spectra/1"), umbrella.cached_as("spectra/1"));
         let [_, acme, umbrella] = tenants(&store.with_shared_caches());
-        assert_eq!(acme.caches(), umbrella.caches());
+        assert_eq!(acme.cached_as("spectra/1"), umbrella.cached_as("spectra/1"));
     }
 
     #[tokio::test]
@@ -143,7 +154,7 @@ mod tests {
         let file = directory.path().join("data/sketchmatch.db");
         std::fs::create_dir(file.parent().unwrap()).unwrap();
         std::fs::write(&file, "").unwrap();
-        let pool = database::testing::of_version(&file, 8).await;
+        let pool = database::testing::file_of_version(&file, 8).await;
         for sql in [
             "INSERT INTO shapes (id, kind, body, created_ms) VALUES ('mesh_1', 'mesh', '{}', 1)",
             "INSERT INTO jobs (id, kind, payload, state, created_ms) VALUES ('1', 'match', '{}', 'queued', 1)",
@@ -151,7 +162,7 @@ mod tests {
             query(sql).execute(&pool).await.unwrap();
         }
         pool.close().await;
-        let [default, acme, _] = tenants(&open(&directory).await);
+        let [default, acme, _] = tenants(&Store::open(&Config::local(directory.path().join("data"))).await.unwrap());
         assert!(default.shape(Kind::Mesh, "mesh_1").await.unwrap().is_some());
         assert_eq!(default.job("1").await.unwrap().unwrap().state, State::Queued);
         assert_eq!((acme.shape(Kind::Mesh, "mesh_1").await.unwrap(), acme.job("1").await.unwrap()), (None, None));

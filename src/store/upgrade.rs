@@ -1,27 +1,28 @@
 use serde::de::IgnoredAny;
 use sqlx::AnyPool;
 
+use super::StoreError;
 use super::blobs::Blobs;
+use super::database::Engine;
 use super::directory::Directory;
-use super::{StoreError, database};
 
 /// The first migration of a version that puts a checksum behind every blob.
 const SEALED: i64 = 3;
 
-/// Brings tables and blobs of an earlier version up to the present. Ended in the middle, it goes on at the next start.
+/// Brings the tables of a file, and blobs of an earlier version, up to the present. Ended in the middle, it goes on at the next start.
 ///
 /// # Errors
 /// [`StoreError::Unnamed`] where there are blobs and the database has no tables; what the disk or the database said.
 pub(super) async fn run(pool: &AnyPool, blobs: &Blobs, directory: &Directory) -> Result<(), StoreError> {
-    let version = database::version(pool).await?;
-    if version == 0 && directory.has_blobs()? {
+    let version = Engine::Sqlite.version(pool).await?;
+    if version == 0 && blobs.any().await? {
         return Err(StoreError::Unnamed { data_dir: directory.path().to_owned() });
     }
     if (1..SEALED).contains(&version) {
         tracing::info!("checksums are put behind the blobs of the version before");
         seal(blobs).await?;
     }
-    database::migrate(pool).await
+    Engine::Sqlite.migrate(pool).await
 }
 
 /// Puts checksums behind what cannot be made anew and forgets what can: nothing tells whether that is whole.

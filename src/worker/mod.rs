@@ -29,6 +29,10 @@ use workshop::Workshop;
 /// How often the queue is looked at when nobody tells of a change: jobs that have rested enough do not.
 const POLL: Duration = Duration::from_secs(1);
 
+/// How often blobs that nothing names are looked for, and how old they have to be: nobody who writes one takes as long to
+/// name it.
+const SWEEP: Duration = Duration::from_secs(3600);
+
 /// How long running jobs may go on after the stop: with what follows it fits the 10 s that `docker stop` waits.
 const GRACE: Duration = Duration::from_secs(6);
 
@@ -72,7 +76,8 @@ async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &Cancellation
     let attempts = TaskTracker::new();
     tokio::join!(
         claim_until(shutdown, workshop, &attempts, config.workers.max(1)),
-        reap_until(shutdown, workshop.store())
+        reap_until(shutdown, workshop.store()),
+        sweep_until(shutdown, workshop.store())
     );
     attempts.close();
     if timeout(config.grace, attempts.wait()).await.is_err() {
@@ -120,6 +125,21 @@ async fn reap_until(shutdown: &CancellationToken, store: &Store) {
             Ok(0) => {}
             Ok(jobs) => tracing::warn!(jobs, "leases ran out: the jobs are queued again, or failed at their last try"),
             Err(error) => tracing::error!(%error, "leases cannot be checked"),
+        }
+    }
+}
+
+/// Sets aside what nodes that died left among the blobs, one node at a time.
+async fn sweep_until(shutdown: &CancellationToken, store: &Store) {
+    while shutdown.run_until_cancelled(sleep(SWEEP)).await.is_some() {
+        let swept = async {
+            let claim = store.take("sweep").await?;
+            if claim.is_some() { store.sweep(SWEEP).await } else { Ok(0) }
+        };
+        match shutdown.run_until_cancelled(swept).await {
+            Some(Err(error)) => tracing::error!(%error, "the blobs cannot be swept"),
+            Some(Ok(blobs)) => tracing::debug!(blobs, "the blobs are swept"),
+            None => {}
         }
     }
 }

@@ -3,7 +3,6 @@ use std::sync::mpsc;
 
 use bytes::Bytes;
 use serde_json::{Value, json};
-use tempfile::TempDir;
 use tokio::task::JoinHandle;
 
 use super::*;
@@ -13,7 +12,7 @@ use crate::numerics::Watch;
 use crate::pipeline::Settings;
 use crate::posing::request::PoseRequest;
 use crate::spectral::Boundary;
-use crate::store::testing::{fresh, make_rests_short};
+use crate::store::testing::{Place, fresh, make_rests_short};
 use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, State, Submitted};
 
 const MATCH: &str = Settings::NAME;
@@ -21,7 +20,7 @@ const SPECTRUM: &str = Decomposition::NAME;
 
 /// A worker in the background, on a store of its own.
 struct Running {
-    _directory: TempDir,
+    _directory: Place,
     store: Store,
     shutdown: CancellationToken,
     worker: JoinHandle<()>,
@@ -83,7 +82,7 @@ impl Running {
         }
     }
 
-    async fn stop(self) -> (TempDir, Store) {
+    async fn stop(self) -> (Place, Store) {
         self.shutdown.cancel();
         self.worker.await.unwrap();
         (self._directory, self.store)

@@ -46,7 +46,7 @@ impl Server {
 
     async fn start(config: http::Config, works: bool) -> Server {
         let data = tempfile::tempdir().unwrap();
-        let store = Store::open(&store::Config { data_dir: data.path().to_owned() }).await.unwrap();
+        let store = Store::open(&store::Config::local(data.path())).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = format!("http://{}", listener.local_addr().unwrap());
         let shutdown = CancellationToken::new();
