@@ -41,8 +41,8 @@ impl StoreOptions {
 /// How a node computes.
 #[derive(Debug, Args)]
 pub struct WorkerOptions {
-    /// Matches computed at one time [default: the number of processors].
-    #[arg(long, env = "SKETCHMATCH_WORKERS", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Matches computed at one time; 0 where other nodes do [default: the number of processors].
+    #[arg(long, env = "SKETCHMATCH_WORKERS")]
     pub workers: Option<u16>,
     /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),

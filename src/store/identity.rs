@@ -11,8 +11,13 @@ impl Store {
     /// [`StoreError::Foreign`]; what the database or the disk said.
     pub(super) async fn pair(&self) -> Result<(), StoreError> {
         let token: String = sqlx::query_scalar("SELECT token FROM identity").fetch_one(&self.pool).await?;
-        self.blobs.put_once(IDENTITY, token.clone()).await?;
-        if self.blobs.read(IDENTITY).await?.is_some_and(|found| found == token.as_bytes()) {
+        // Looked for first: not every server of blobs heeds that a name is taken.
+        let mut found = self.blobs.read(IDENTITY).await?;
+        if found.is_none() {
+            self.blobs.put_once(IDENTITY, token.clone()).await?;
+            found = self.blobs.read(IDENTITY).await?;
+        }
+        if found.is_some_and(|found| found == token.as_bytes()) {
             return Ok(());
         }
         Err(StoreError::Foreign { place: self.blobs.place().to_string() })

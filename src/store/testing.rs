@@ -30,7 +30,7 @@ impl Place {
             None => Config::local(data_dir),
             Some(schema) => {
                 let blob_url = Some(BlobUrl::Folder(data_dir.join("blobs")));
-                Config { data_dir, database_url: Some(schema.url()), blob_url }
+                Config { data_dir, database_url: Some(schema.url().parse().unwrap()), blob_url }
             }
         }
     }

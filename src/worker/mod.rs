@@ -39,7 +39,7 @@ const GRACE: Duration = Duration::from_secs(6);
 /// How the worker behaves.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Jobs computed at the same time, each on a thread of its own; at least 1.
+    /// Jobs computed at the same time, each on a thread of its own; with none the queue is looked after all the same.
     pub workers: usize,
     /// How long running jobs may go on after the stop, before they are given back to the queue.
     pub grace: Duration,
@@ -75,7 +75,7 @@ fn compute(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
 async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &CancellationToken) {
     let attempts = TaskTracker::new();
     tokio::join!(
-        claim_until(shutdown, workshop, &attempts, config.workers.max(1)),
+        claim_until(shutdown, workshop, &attempts, config.workers),
         reap_until(shutdown, workshop.store()),
         sweep_until(shutdown, workshop.store())
     );

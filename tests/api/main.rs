@@ -14,10 +14,13 @@ mod headers;
 mod hostile_drawings;
 mod keys;
 mod logs;
+mod nodes;
 mod openapi;
 mod pictures;
 mod poses;
 mod program;
+#[path = "../../src/store/database/testing/schema.rs"]
+mod schema;
 mod server;
 mod spectra;
 mod tenants;
