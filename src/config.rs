@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,6 +12,7 @@ use clap::Args;
 
 use sketchmatch::access::WatchedFile;
 use sketchmatch::http::admission::Admission;
+use sketchmatch::http::limits::Limits;
 use sketchmatch::http::origin::Origin;
 use sketchmatch::store::{BlobUrl, DatabaseUrl, Store};
 use sketchmatch::{http, store, worker};
@@ -48,15 +50,78 @@ pub struct WorkerOptions {
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
         value_parser = clap::value_parser!(u64).range(1..))]
     pub max_job_seconds: u64,
+    /// Keep one cache of spectra and prepared meshes for all tenants, who can tell by its haste what others have computed.
+    #[arg(long, env = "SKETCHMATCH_SHARED_CACHES")]
+    pub shared_caches: bool,
+    /// How long results are kept after the end of their jobs, such as 30d [default: for ever].
+    #[arg(long, env = "SKETCHMATCH_KEEP_RESULTS", value_parser = humantime::parse_duration)]
+    pub keep_results: Option<Duration>,
+    /// How long matches, poses and other jobs are kept after their end, with their results [default: for ever].
+    #[arg(long, env = "SKETCHMATCH_KEEP_JOBS", value_parser = humantime::parse_duration)]
+    pub keep_jobs: Option<Duration>,
+    /// How long uploads are kept that nobody uploads again or asks a job of [default: for ever].
+    #[arg(long, env = "SKETCHMATCH_KEEP_UPLOADS", value_parser = humantime::parse_duration)]
+    pub keep_uploads: Option<Duration>,
+    /// How long answers under an Idempotency-Key are kept, up to a day.
+    #[arg(long, env = "SKETCHMATCH_KEEP_ANSWERS", default_value = "24h", value_parser = humantime::parse_duration)]
+    pub keep_answers: Duration,
 }
 
 impl WorkerOptions {
+    /// The store with the caches as they are to be.
+    pub fn cached(&self, store: Store) -> Store {
+        if self.shared_caches { store.with_shared_caches() } else { store }
+    }
+
     pub fn config(&self) -> worker::Config {
         let default = worker::Config::default();
         let longest_job = Duration::from_secs(self.max_job_seconds);
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
+        let retention = store::Retention {
+            results: self.keep_results,
+            jobs: self.keep_jobs,
+            uploads: self.keep_uploads,
+            answers: Some(self.keep_answers),
+        };
+        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, retention, ..default }
     }
 }
+
+/// What one tenant may take; 0 is as much as there is.
+#[derive(Debug, Args)]
+pub struct TenantOptions {
+    /// Requests a tenant may send in a second [default: 100 where keys are asked for, else any number].
+    #[arg(long, env = "SKETCHMATCH_TENANT_REQUESTS_PER_SECOND")]
+    pub tenant_requests_per_second: Option<u32>,
+    /// Jobs of a tenant that may wait [default: 200 where keys are asked for, else any number].
+    #[arg(long, env = "SKETCHMATCH_TENANT_QUEUED_JOBS")]
+    pub tenant_queued_jobs: Option<u64>,
+    /// Uploads and results of a tenant that are kept.
+    #[arg(long, env = "SKETCHMATCH_TENANT_STORED_BYTES", default_value = "0")]
+    pub tenant_stored_bytes: ByteSize,
+    /// Seconds of processor time that the jobs of a tenant may take in an hour.
+    #[arg(long, env = "SKETCHMATCH_TENANT_CPU_SECONDS", default_value_t = 0)]
+    pub tenant_cpu_seconds: u64,
+}
+
+impl TenantOptions {
+    /// The limits where keys are asked for, or where all are one tenant.
+    pub fn limits(&self, admission: &Admission) -> Limits {
+        let among_many = matches!(admission, Admission::Keyholders(_));
+        let (requests, jobs) = if among_many { (REQUESTS_PER_SECOND, QUEUED_JOBS) } else { (0, 0) };
+        let some = |number: u64| (number > 0).then_some(number);
+        Limits {
+            requests_per_second: NonZeroU32::new(self.tenant_requests_per_second.unwrap_or(requests)),
+            queued_jobs: some(self.tenant_queued_jobs.unwrap_or(jobs)),
+            stored_bytes: some(self.tenant_stored_bytes.as_u64()),
+            cpu_per_hour: some(self.tenant_cpu_seconds).map(Duration::from_secs),
+        }
+    }
+}
+
+/// What a tenant among many may take where nothing is said: more than a page with a fast hand asks for, and a fifth of the
+/// queue.
+const REQUESTS_PER_SECOND: u32 = 100;
+const QUEUED_JOBS: u64 = 200;
 
 #[derive(Debug, Args)]
 pub struct ServeOptions {
@@ -73,12 +138,11 @@ pub struct ServeOptions {
     /// Ask nobody for a key, also on an address that is not loopback.
     #[arg(long, env = "SKETCHMATCH_NO_AUTH", conflicts_with = "api_keys")]
     pub no_auth: bool,
-    /// Keep one cache of spectra and prepared meshes for all tenants, who can tell by its haste what others have computed.
-    #[arg(long, env = "SKETCHMATCH_SHARED_CACHES")]
-    pub shared_caches: bool,
     /// Address or name, and port, to answer /metrics on, to whoever reaches it.
     #[arg(long, env = "SKETCHMATCH_METRICS_LISTEN", value_parser = Listen::resolve)]
     pub metrics_listen: Option<Listen>,
+    #[command(flatten)]
+    pub tenants: TenantOptions,
     /// Origin that scripts of other sites may call from, or `*`; may be repeated.
     #[arg(long = "cors-origin", env = "SKETCHMATCH_CORS_ORIGIN", value_delimiter = ',')]
     pub cors_origins: Vec<Origin>,
@@ -275,6 +339,19 @@ mod tests {
         }
         let store = serve(&["--database-url", "postgres://me:secret@host/database", "--blob-url", "s3://bucket"]);
         assert!(!format!("{store:?}").contains("secret"));
+    }
+
+    #[test]
+    fn tenants_are_limited_where_there_may_be_many() {
+        let limits = |arguments: &[&str], admission| serve(arguments).tenants.limits(&admission);
+        assert_eq!(limits(&[], Admission::Anybody), Limits::default());
+        let usual = limits(&[], Admission::Keyholders(None));
+        assert_eq!((usual.requests_per_second, usual.queued_jobs), (NonZeroU32::new(100), Some(200)));
+        assert_eq!((usual.stored_bytes, usual.cpu_per_hour), (None, None));
+        let free = ["--tenant-requests-per-second", "0", "--tenant-queued-jobs", "0"];
+        assert_eq!(limits(&free, Admission::Keyholders(None)), Limits::default());
+        let said = limits(&["--tenant-stored-bytes", "1GiB", "--tenant-cpu-seconds", "60"], Admission::Anybody);
+        assert_eq!((said.stored_bytes, said.cpu_per_hour), (Some(1 << 30), Some(Duration::from_secs(60))));
     }
 
     #[test]

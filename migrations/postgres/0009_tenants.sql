@@ -15,6 +15,8 @@ CREATE TABLE secrets (
 -- Bytes that are kept of an upload or of a result; 0 of those of earlier versions, of which it is not known.
 ALTER TABLE shapes ADD COLUMN bytes BIGINT NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN bytes BIGINT NOT NULL DEFAULT 0;
+CREATE INDEX shapes_by_size ON shapes (tenant, bytes);
+CREATE INDEX jobs_by_size ON jobs (tenant, bytes) WHERE bytes > 0;
 
 -- Processor time that jobs took, by tenant and by minute since 1970.
 CREATE TABLE usage (
@@ -32,10 +34,10 @@ CREATE INDEX shapes_by_end ON shapes (expires_ms) WHERE expires_ms IS NOT NULL;
 CREATE INDEX shapes_by_use ON shapes (used_ms);
 CREATE INDEX jobs_by_end ON jobs (finished_ms) WHERE finished_ms IS NOT NULL;
 
--- For which shapes the spectra and preparations in a folder were made: they are freed with the last of them.
+-- For which shapes a spectrum or a preparation was made: its blob is freed with the last of them.
 CREATE TABLE caches (
-    folder TEXT NOT NULL,
-    shape  TEXT NOT NULL,
-    PRIMARY KEY (folder, shape)
+    blob  TEXT NOT NULL,
+    shape TEXT NOT NULL,
+    PRIMARY KEY (blob, shape)
 );
 CREATE INDEX caches_by_shape ON caches (shape);

@@ -38,13 +38,14 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
     umask(Mode::RWXG | Mode::RWXO);
     let measures = telemetry::measures()?;
     tokio::spawn(telemetry::report_losses(log.losses()));
-    let store = Store::open(&options.store.config()).await?;
-    let store = if options.shared_caches { store.with_shared_caches() } else { store };
+    let store = options.worker.cached(Store::open(&options.store.config()).await?);
     let admission = options.admission(&store).await?;
     let listener = listener(&options.listen).await?;
     tracing::info!(address = %listener.local_addr()?, "listening");
     let working = tokio::spawn(worker::run(store.clone(), options.worker.config(), shutdown.clone()));
-    let config = http::Config { admission, svg_reader: Some(svg_reader::this_program()?), ..options.http() };
+    let tenant_limits = options.tenants.limits(&admission);
+    let svg_reader = Some(svg_reader::this_program()?);
+    let config = http::Config { admission, tenant_limits, svg_reader, ..options.http() };
     let app = App::new(store.clone(), config, measures, shutdown);
     let measuring = match &options.metrics_listen {
         Some(address) => {

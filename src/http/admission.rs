@@ -48,7 +48,12 @@ pub(super) async fn checked(State(door): State<Door>, mut request: Request, next
     };
     let (tenant, key) = (grant.tenant.clone(), grant.key.clone());
     request.extensions_mut().insert(grant);
-    let response = next.run(request).await;
+    let (mut response, pace) = match door.0.pace.as_ref().map(|pace| pace.count(&tenant)) {
+        None => (next.run(request).await, HeaderMap::new()),
+        Some(Ok(left)) => (next.run(request).await, left),
+        Some(Err((problem, left))) => (problem.into_response(), left),
+    };
+    response.headers_mut().extend(pace);
     if scope == Scope::Write {
         // The request around it in the log has the method, the path and the identifier.
         tracing::info!(target: "sketchmatch::audit", %tenant, key, status = response.status().as_u16(), "a write");

@@ -32,6 +32,10 @@ pub struct UploadQuery {
     /// A name to list the mesh under.
     #[param(max_length = 200)]
     name: Option<String>,
+    /// Lets the mesh go by itself within the hour, unless it is uploaded again without this.
+    #[serde(default)]
+    #[param(default = false)]
+    temporary: bool,
 }
 
 /// Takes a mesh.
@@ -72,7 +76,9 @@ pub async fn upload(
         });
         let (mesh, measures, source) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
-        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, source, name.as_deref(), body).await?)
+        let _turn = app.may_take(source.bytes.len(), 0).await?;
+        let kept = app.store.insert_mesh(mesh, source, name.as_deref(), body).await?;
+        shapes::uploaded::<MeshMeasures>(&app, kept, query.temporary).await
     };
     shapes::once(&app, Kind::Mesh, &key, asked, answer).await
 }

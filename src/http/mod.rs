@@ -15,6 +15,7 @@ mod host;
 mod idempotency;
 mod inline_sketch;
 mod job_document;
+pub mod limits;
 mod links;
 mod matches;
 mod memory;
@@ -68,6 +69,7 @@ use connections::Limits;
 use examples::Examples;
 pub use front_page::FrontPage;
 use host::Hosts;
+use limits::Pace;
 use origin::Origin;
 pub use preference::LONGEST_WAIT;
 use problem::Problem;
@@ -86,6 +88,8 @@ const MEASURE_CONNECTIONS: usize = 64;
 pub struct Config {
     /// Who is let in.
     pub admission: Admission,
+    /// What one tenant may take.
+    pub tenant_limits: limits::Limits,
     /// Origins that scripts of other sites may call from.
     pub cors_origins: Vec<Origin>,
     /// Names to answer to beside local ones, on a loopback address; where there are some, on others too.
@@ -123,6 +127,7 @@ impl Default for Config {
     fn default() -> Config {
         Config {
             admission: Admission::Anybody,
+            tenant_limits: limits::Limits::default(),
             cors_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             max_connections: 10_000,
@@ -158,6 +163,8 @@ pub struct App {
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
     examples: Examples,
+    /// Counts the requests of tenants, where there is a limit to them.
+    pace: Option<Arc<Pace>>,
     /// What signs addresses, once its secret was read.
     signer: Arc<OnceCell<Signer>>,
 }
@@ -194,6 +201,7 @@ impl App {
             // A form of the largest file fits at least: it is taken apart by copying.
             memory: semaphore(config.max_uploads_bytes.max(config.max_upload_bytes.saturating_mul(2))),
             reading: semaphore(config.max_reading_bytes),
+            pace: config.tenant_limits.requests_per_second.map(|per_second| Arc::new(Pace::new(per_second))),
             config: Arc::new(config),
             metrics,
             shutdown,
@@ -270,11 +278,12 @@ impl App {
     /// request, where one did.
     ///
     /// # Errors
-    /// 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
+    /// 429 where the tenant has as many jobs as it may; 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
     async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
         let queue = self.config.max_queue;
         let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
         let places = Places { queue, of_kind };
+        let _turn = self.may_take(shape.as_ref().map_or(0, Unkept::bytes), 1).await?;
         let submitted = match shape {
             Some(shape) => self.store.submit_with(shape, job, places).await?,
             None => self.store.submit(job, places).await?,

@@ -52,7 +52,9 @@ fn written(address: &str) -> Option<String> {
 /// The layer that lets scripts call from these origins.
 pub fn layer(origins: &[Origin]) -> CorsLayer {
     let exposed = [header::ETAG, header::LOCATION, header::LINK, header::RETRY_AFTER, header::WWW_AUTHENTICATE];
-    let exposed = exposed.into_iter().chain([HeaderName::from_static("x-request-id"), PREFERENCE_APPLIED]);
+    let exposed =
+        exposed.into_iter().chain(["x-request-id", "ratelimit", "ratelimit-policy"].map(HeaderName::from_static));
+    let exposed = exposed.chain([PREFERENCE_APPLIED]);
     // Those that are asked for, one by one: browsers do not take * to mean `Authorization`.
     let headers = AllowHeaders::mirror_request();
     let layer = CorsLayer::new().allow_methods(Any).allow_headers(headers).expose_headers(exposed.collect::<Vec<_>>());

@@ -35,6 +35,10 @@ pub struct UploadQuery {
     /// A name to list the sketch under.
     #[param(max_length = 200)]
     name: Option<String>,
+    /// Lets the sketch go by itself within the hour, unless it is uploaded again without this.
+    #[serde(default)]
+    #[param(default = false)]
+    temporary: bool,
 }
 
 /// Takes a sketch: an outline as JSON (y up), an SVG, a PNG or a JPEG.
@@ -80,9 +84,9 @@ pub async fn upload(
         let source =
             Source { bytes: file, media_type: kind.media_type().to_owned(), parameters: asked_of(target, figure) };
         let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
-        shapes::uploaded::<SketchMeasures>(
-            app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?,
-        )
+        let _turn = app.may_take(source.bytes.len(), 0).await?;
+        let kept = app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?;
+        shapes::uploaded::<SketchMeasures>(&app, kept, query.temporary).await
     };
     shapes::once(&app, Kind::Sketch, &key, asked, answer).await
 }

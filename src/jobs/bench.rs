@@ -3,9 +3,9 @@
 use tokio::runtime::Handle;
 
 use super::preparations::CachedPreparations;
+use super::shapes::Shapes;
 use super::spectra::CachedSpectra;
-use crate::access::Tenant;
-use crate::store::Store;
+use crate::store::{Job, Store};
 
 /// The store, and what is kept there for all jobs.
 pub struct Bench {
@@ -23,10 +23,11 @@ impl Bench {
         Bench { store, spectra, preparations, runtime: Handle::current() }
     }
 
-    /// The same bench with what this tenant has.
-    pub fn of(&self, tenant: &Tenant) -> Bench {
-        let store = self.store.of(tenant);
-        let (spectra, preparations) = (self.spectra.of(store.clone()), self.preparations.of(store.clone()));
+    /// The same bench for one job, with what its tenant has.
+    pub fn of(&self, job: &Job) -> Bench {
+        let (store, shapes) = (self.store.of(&job.tenant), Shapes::from(job));
+        let spectra = self.spectra.of(store.clone(), shapes.clone());
+        let preparations = self.preparations.of(store.clone(), shapes);
         Bench { store, spectra, preparations, runtime: self.runtime.clone() }
     }
 }

@@ -73,7 +73,7 @@ impl Kind {
 
 fn run<T: Task>(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
     let task: T = serde_json::from_str(&lease.payload).map_err(|error| Failure::internal(error, false))?;
-    let outcome = task.run(&lease.job.id, &bench.of(&lease.job.tenant), progress)?;
+    let outcome = task.run(&lease.job.id, &bench.of(&lease.job), progress)?;
     Ok(serde_json::to_vec(&outcome).map_err(|error| Failure::internal(error, false))?.into())
 }
 

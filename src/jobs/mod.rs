@@ -11,6 +11,7 @@ mod once;
 pub mod posing;
 mod preparations;
 mod progress;
+mod shapes;
 mod spectra;
 
 pub use bench::Bench;

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use tokio::runtime::Handle;
 
 use super::once::once;
+use super::shapes::Shapes;
 use crate::alignment::prepared::PreparedMesh;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Cancelled, Watch};
@@ -13,17 +14,19 @@ use crate::store::Store;
 pub struct CachedPreparations {
     store: Store,
     runtime: Handle,
+    /// Those of the job it is for.
+    shapes: Shapes,
 }
 
 impl CachedPreparations {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedPreparations {
-        CachedPreparations { store, runtime: Handle::current() }
+        CachedPreparations { store, runtime: Handle::current(), shapes: Shapes::default() }
     }
 
-    /// The same, out of this store, which is another tenant's.
-    pub fn of(&self, store: Store) -> CachedPreparations {
-        CachedPreparations { store, runtime: self.runtime.clone() }
+    /// The same for a job of these shapes, out of the store of its tenant.
+    pub fn of(&self, store: Store, shapes: Shapes) -> CachedPreparations {
+        CachedPreparations { store, runtime: self.runtime.clone(), shapes }
     }
 }
 
@@ -37,7 +40,9 @@ impl pipeline::Preparations for CachedPreparations {
         };
         let compute = || {
             let prepared = PreparedMesh::new(mesh, watch)?;
-            if let Err(error) = self.runtime.block_on(self.store.put_preparation(&hash, &prepared)) {
+            if let Err(error) =
+                self.runtime.block_on(self.store.put_preparation(&hash, &prepared, self.shapes.of(mesh)))
+            {
                 tracing::warn!(%error, "a prepared mesh cannot be kept");
             }
             Ok(prepared)

@@ -4,6 +4,7 @@
 //! between the two leaves an unnamed blob and never a name without one.
 
 mod blobs;
+mod caches;
 mod changes;
 mod claims;
 mod database;
@@ -20,6 +21,7 @@ mod page;
 mod place;
 mod preparations;
 mod queue;
+mod retention;
 mod sealed;
 mod secrets;
 mod shapes;
@@ -28,6 +30,7 @@ mod sweep;
 mod tenancy;
 mod tensors;
 mod upgrade;
+mod usage;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -50,8 +53,10 @@ pub use keys::{KeyRow, Keys};
 pub use page::Page;
 pub use place::{BlobUrl, Config, DatabaseUrl};
 pub use queue::{LEASE, MAX_TRIES};
+pub use retention::{Gone, Retention};
 pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
 pub use spectra::SpectrumKey;
+pub use usage::Usage;
 
 /// The one door to what outlives the process. Clones share it; the last one dropped gives the data directory free.
 ///

@@ -15,13 +15,18 @@ impl Store {
         Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a preparation cannot be read")).ok())
     }
 
-    /// Caches what was made of the mesh of that content.
+    /// Caches what was made of the mesh of that content, for as long as there is the shape it was made for.
     ///
     /// # Errors
-    /// What the disk said.
-    pub async fn put_preparation(&self, mesh: &blake3::Hash, prepared: &PreparedMesh) -> Result<(), StoreError> {
+    /// What the disk or the database said.
+    pub async fn put_preparation(
+        &self,
+        mesh: &blake3::Hash,
+        prepared: &PreparedMesh,
+        shape: Option<&str>,
+    ) -> Result<(), StoreError> {
         let bytes = postcard::to_stdvec(prepared).map_err(|error| StoreError::damaged("the preparation", error))?;
-        self.blobs.put(&self.preparation_name(mesh), bytes).await
+        self.put_cached(&self.preparation_name(mesh), bytes, shape).await
     }
 
     /// What making the mesh of that content ready is claimed by.
@@ -54,7 +59,7 @@ mod tests {
         let mesh = tetrahedron();
         let (hash, prepared) = (mesh.content_hash(), PreparedMesh::new(&mesh, &Unwatched).unwrap());
         assert_eq!(store.preparation(&hash).await.unwrap(), None);
-        store.put_preparation(&hash, &prepared).await.unwrap();
+        store.put_preparation(&hash, &prepared, None).await.unwrap();
         drop(store);
         let store = open(&directory).await;
         assert_eq!(store.preparation(&hash).await.unwrap().as_ref(), Some(&prepared));
@@ -63,7 +68,7 @@ mod tests {
         for damaged in damaged(&whole) {
             fs::write(&file, damaged).unwrap();
             assert_eq!(store.preparation(&hash).await.unwrap(), None);
-            store.put_preparation(&hash, &prepared).await.unwrap();
+            store.put_preparation(&hash, &prepared, None).await.unwrap();
             assert_eq!(fs::read(&file).unwrap(), whole);
         }
         store.blobs.put(&blob(&hash), b"no".to_vec()).await.unwrap();

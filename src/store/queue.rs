@@ -147,7 +147,8 @@ impl Store {
             self.changes.tell_of_job(id, Some(State::Running));
             return Ok(Heartbeat::Held);
         }
-        let ended = self.of(&lease.job.tenant).job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
+        let ended =
+            self.of(&lease.job.tenant).job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
         Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
@@ -157,19 +158,24 @@ impl Store {
     /// What the disk or the database said; the job is then still running.
     pub async fn succeed(&self, lease: &Lease, result: Bytes) -> Result<bool, StoreError> {
         let Job { id, attempt, .. } = &lease.job;
-        let name = format!("results/{id}/{attempt}");
+        let (name, bytes) = (format!("results/{id}/{attempt}"), i64::try_from(result.len()).unwrap_or(i64::MAX));
         self.blobs.put_once(&name, result).await?;
-        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, stage = 'finished', fraction = 1, \
+        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, bytes = $4, stage = 'finished', fraction = 1, \
                    revision = revision + 1, lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";
-        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name);
+        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name).bind(bytes);
         let published = self.changed(id, State::Succeeded, query).await?;
         // A lease that published before is refused too, but then the job names this very blob.
-        let named = "SELECT id FROM jobs WHERE id = $1 AND result = $2";
-        if !published && sqlx::query(named).bind(id).bind(&name).fetch_optional(&self.pool).await?.is_none() {
+        if !published && !self.names_result(id, &name).await? {
             self.blobs.delete(&name).await?;
         }
         Ok(published)
+    }
+
+    /// Whether this blob is the result of the job.
+    async fn names_result(&self, id: &str, blob: &str) -> Result<bool, StoreError> {
+        let sql = "SELECT count(*) FROM jobs WHERE id = $1 AND result = $2";
+        Ok(sqlx::query_scalar::<_, i64>(sql).bind(id).bind(blob).fetch_one(&self.pool).await? > 0)
     }
 
     /// Ends the job with an error; false when the lease was lost.
@@ -244,7 +250,8 @@ impl Store {
         let sql = "DELETE FROM jobs WHERE id = $1 AND tenant = $2 AND state IN ('succeeded', 'failed', 'cancelled') \
                    RETURNING result";
         let mut transaction = self.pool.begin().await?;
-        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
+        let results: Vec<Option<String>> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
         if results.is_empty() {
             return Ok(false);
         }
@@ -263,10 +270,13 @@ impl Store {
     /// [`StoreError::LostResult`]; what the database or the disk said.
     pub async fn result(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
         let sql = "SELECT result FROM jobs WHERE id = $1 AND tenant = $2 AND result IS NOT NULL";
-        let name: Option<String> = sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
+        let name: Option<String> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         let Some(name) = name else { return Ok(None) };
         let lost = |reason: String| StoreError::LostResult { job: id.to_owned(), reason };
         match self.blobs.read(&name).await {
+            // It was let go of since its name was read.
+            Ok(None) if !self.names_result(id, &name).await? => Ok(None),
             Ok(None) => Err(lost(format!("{name} is missing"))),
             Err(StoreError::Damaged { what, reason }) => Err(lost(format!("{what}: {reason}"))),
             read => read,
@@ -341,10 +351,13 @@ pub(super) async fn enqueue(
                   ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
     let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
     let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
-    let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name).bind(tenant.as_str());
+    let query =
+        query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name).bind(tenant.as_str());
     if query.execute(&mut **transaction).await?.rows_affected() == 1 {
         let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
         let job = sqlx::query_as(AssertSqlSafe(sql)).bind(&id).fetch_one(&mut **transaction).await?;
+        let used = "UPDATE shapes SET used_ms = (SELECT now_ms FROM clock) WHERE id = $1 OR id = $2";
+        sqlx::query(used).bind(mesh).bind(sketch).execute(&mut **transaction).await?;
         return Ok(Submitted::Taken(Box::new(job)));
     }
     if let Some(dedupe) = &dedupe

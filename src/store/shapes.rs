@@ -76,6 +76,11 @@ impl Unkept {
         &self.id
     }
 
+    /// Bytes that keeping it takes: its file and what was read of it.
+    pub fn bytes(&self) -> usize {
+        self.source.bytes.len() + self.geometry.bytes.len()
+    }
+
     /// Names a shape of a tenant, whose geometry `encode` takes its time to write.
     async fn of(
         tenant: &Tenant,
@@ -133,6 +138,8 @@ pub struct Shape {
     pub triangles: usize,
     /// Milliseconds since 1970 by the database's clock.
     pub created_ms: i64,
+    /// When it goes by itself, likewise; nothing where it stays.
+    pub expires_ms: Option<i64>,
     /// Which geometry was read of it.
     geometry: String,
     /// The blob it is in.
@@ -143,7 +150,7 @@ pub struct Shape {
 
 impl Shape {
     const COLUMNS: &str =
-        "id, kind, name, body, created_ms, geometry, geometry_blob, file, media_type, vertices, triangles";
+        "id, kind, name, body, created_ms, expires_ms, geometry, geometry_blob, file, media_type, vertices, triangles";
 
     /// The `Page::after` of the page that begins behind this shape.
     pub fn cursor(&self) -> String {
@@ -174,6 +181,7 @@ impl<'r> FromRow<'r, AnyRow> for Shape {
             vertices: size("vertices")?,
             triangles: size("triangles")?,
             created_ms: row.try_get("created_ms")?,
+            expires_ms: row.try_get("expires_ms")?,
             geometry: row.try_get("geometry")?,
             geometry_blob: row.try_get("geometry_blob")?,
             file: file.zip(media_type),
@@ -318,13 +326,27 @@ impl Store {
     /// # Errors
     /// What the database or the disk said.
     pub async fn delete_shape(&self, kind: Kind, id: &str) -> Result<Deletion, StoreError> {
+        self.delete_shape_unused(kind, id, None).await
+    }
+
+    /// The same, only where the shape is temporary and its time is over, or where it was not asked for within so many
+    /// milliseconds.
+    pub(super) async fn delete_shape_unused(
+        &self,
+        kind: Kind,
+        id: &str,
+        within_ms: Option<i64>,
+    ) -> Result<Deletion, StoreError> {
         let mut transaction = self.engine.alone(&self.pool).await?;
         let sql = format!(
             "DELETE FROM shapes WHERE id = $1 AND kind = $2 AND tenant = $3 AND NOT EXISTS (SELECT 1 FROM jobs \
-             WHERE state IN ('queued', 'running') AND (mesh = $1 OR sketch = $1)) RETURNING {}",
+             WHERE state IN ('queued', 'running') AND (mesh = $1 OR sketch = $1)) \
+             AND ($4 IS NULL OR used_ms <= (SELECT now_ms FROM clock) - $4 \
+             OR expires_ms <= (SELECT now_ms FROM clock)) RETURNING {}",
             Shape::COLUMNS
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(kind.as_str()).bind(self.tenant.as_str());
+        let query = query.bind(within_ms);
         let deleted: Vec<Shape> = query.fetch_all(&mut *transaction).await?;
         let Some(shape) = deleted.into_iter().next() else {
             drop(transaction);
@@ -333,6 +355,7 @@ impl Store {
         idempotency::forget(&mut transaction, id).await?;
         transaction.commit().await?;
         self.delete_blobs(&shape).await?;
+        self.free_caches(id).await?;
         Ok(Deletion::Done)
     }
 
@@ -433,16 +456,17 @@ async fn name_blobs(
     let mut new = false;
     if written.fresh {
         let sql = "INSERT INTO shapes (id, kind, name, body, geometry, geometry_blob, file, media_type, vertices, \
-                   triangles, tenant, created_ms) \
-                   VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, (SELECT now_ms FROM clock)) \
+                   triangles, tenant, bytes, created_ms, used_ms) \
+                   SELECT $1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, now_ms, now_ms FROM clock WHERE true \
                    ON CONFLICT (id) DO NOTHING";
         let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(&body).bind(&geometry.name);
         let query = query.bind(&written.geometry).bind(&written.file).bind(&source.media_type);
         let query = query.bind(geometry.vertices as i64).bind(geometry.triangles as i64).bind(tenant.as_str());
+        let query = query.bind(shape.bytes() as i64);
         new = query.execute(&mut **transaction).await?.rows_affected() == 1;
     }
     if !new {
-        let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3 WHERE id = $1";
+        let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3, used_ms = (SELECT now_ms FROM clock) WHERE id = $1";
         sqlx::query(sql).bind(id).bind(name).bind(&body).execute(&mut **transaction).await?;
     }
     let sql = format!("SELECT {} FROM shapes WHERE id = $1", Shape::COLUMNS);

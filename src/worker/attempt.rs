@@ -1,14 +1,16 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::Duration;
 
+use rustix::time::{ClockId, clock_gettime};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use super::measures::{self, Ended};
 use super::report;
 use super::workshop::Workshop;
-use crate::jobs::{Failure, Outcome, Progress};
+use crate::jobs::{Bench, Failure, Outcome, Progress};
 use crate::store::Lease;
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
@@ -69,12 +71,30 @@ fn start(workshop: &Arc<Workshop>, lease: Lease, progress: Arc<Progress>) -> one
     let (sender, receiver) = oneshot::channel();
     let there = workshop.clone();
     workshop.pool.spawn(move || {
+        let begun = processor_time();
         let run = AssertUnwindSafe(|| (there.body)(&lease, &there.bench, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
+        charge(&there.bench, &lease, processor_time().saturating_sub(begun));
         // Nobody listens any more when the bench has stopped.
         let _ = sender.send(outcome);
     });
     receiver
+}
+
+/// The processor time that this thread has had.
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::try_from(time).unwrap_or_default()
+}
+
+/// Has the tenant's account show what a job took; the job does not wait for it, nor fail by it.
+fn charge(bench: &Bench, lease: &Lease, cpu: Duration) {
+    let store = bench.store.of(&lease.job.tenant);
+    bench.runtime.spawn(async move {
+        if let Err(error) = store.charge(cpu).await {
+            tracing::warn!(%error, "the processor time of a job is not counted");
+        }
+    });
 }
 
 fn message(panic: Box<dyn Any + Send>) -> String {

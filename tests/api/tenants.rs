@@ -1,14 +1,19 @@
 //! A tenant sees its own only, and learns nothing of what others have.
 
 use std::collections::BTreeSet;
+use std::num::NonZeroU32;
 use std::time::{Duration, SystemTime};
 
+use futures::future::join_all;
 use reqwest::RequestBuilder;
 use serde_json::{Value, json};
+use sketchmatch::http::Config;
+use sketchmatch::http::admission::Admission;
+use sketchmatch::http::limits::Limits;
 
 use crate::drawings;
 use crate::poses::{bend, corners};
-use crate::server::{Server, header, id, json_of};
+use crate::server::{Server, header, id, json_of, problem_of};
 
 /// A call to be made with one key after another.
 struct Call {
@@ -242,4 +247,72 @@ async fn a_spectrum_is_computed_for_each_tenant() {
         asked.push(json_of(there, 200).await);
     }
     assert_eq!(asked[0], asked[1]);
+}
+
+/// The statuses of the answers to the same request, sent so many times.
+async fn statuses(request: RequestBuilder, times: usize) -> Vec<u16> {
+    let mut statuses = Vec::new();
+    for _ in 0..times {
+        statuses.push(request.try_clone().unwrap().send().await.unwrap().status().as_u16());
+    }
+    statuses
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_tenant_that_takes_all_it_may_holds_up_itself_alone() {
+    let tenant_limits = Limits { queued_jobs: Some(2), stored_bytes: Some(40_000), ..Limits::default() };
+    let admission = Admission::Keyholders(None);
+    let server = Server::idle(Config { admission, tenant_limits, ..Config::default() }).await;
+    for tenant in ["acme", "umbrella"] {
+        let (key, _) = server.key(tenant, "read,write", None).await;
+        let upload = async |path: &str, body: String| {
+            let upload = server.request_with(Some(&key), "POST", path).header("content-type", "application/json");
+            upload.body(body).send().await.unwrap()
+        };
+        let mesh = server.request_with(Some(&key), "POST", "/v1/meshes?format=obj").body(drawings::ellipsoid(8, 6));
+        let mesh = id(&json_of(mesh.send().await.unwrap(), 201).await);
+        let sketch = upload("/v1/sketches", drawings::ellipse().to_string()).await;
+        let sketch = id(&json_of(sketch, 201).await);
+        let asked = server.request_with(Some(&key), "POST", "/v1/matches");
+        let asked = asked.json(&json!({"mesh": mesh, "sketch": sketch}));
+        assert_eq!(statuses(asked.try_clone().unwrap(), 4).await, [202, 202, 429, 429], "{tenant}");
+        let refused = asked.send().await.unwrap();
+        assert_eq!(header(&refused, "retry-after"), "30");
+        problem_of(refused, 429).await;
+        // What is deleted makes room.
+        let matches = server.request_with(Some(&key), "GET", "/v1/matches").send().await.unwrap();
+        let first = id(&json_of(matches, 200).await["items"][0]);
+        let cancel = server.request_with(Some(&key), "DELETE", &format!("/v1/matches/{first}")).send().await.unwrap();
+        assert_eq!(
+            (
+                cancel.status().as_u16(),
+                upload("/v1/meshes?format=obj", drawings::ellipsoid(60, 40)).await.status().as_u16()
+            ),
+            (200, 429)
+        );
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn requests_of_one_tenant_have_a_pace() {
+    let tenant_limits = Limits { requests_per_second: NonZeroU32::new(1), ..Limits::default() };
+    let admission = Admission::Keyholders(None);
+    let server = Server::idle(Config { admission, tenant_limits, ..Config::default() }).await;
+    let (key, _) = server.key("acme", "read,write", None).await;
+    let asked = async |key: &str| server.request_with(Some(key), "GET", "/v1/regularisers/l1").send().await.unwrap();
+    let first = asked(&key).await;
+    assert_eq!(
+        (header(&first, "ratelimit"), header(&first, "ratelimit-policy")),
+        ("\"requests\";r=0;t=1", "\"requests\";q=1;w=1")
+    );
+    // However slowly this goes: of those at the same moment one at most is let through.
+    let answers = join_all((0..20).map(|_| asked(&key))).await;
+    let refused: Vec<_> = answers.into_iter().filter(|answer| answer.status() == 429).collect();
+    assert!(!refused.is_empty());
+    for answer in refused {
+        assert!(header(&answer, "retry-after").parse::<u32>().unwrap() >= 1);
+        problem_of(answer, 429).await;
+    }
+    let (other, _) = server.key("umbrella", "read", None).await;
+    assert_eq!(asked(&other).await.status(), 200);
 }

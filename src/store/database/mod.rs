@@ -51,7 +51,8 @@ impl Engine {
     /// # Errors
     /// [`StoreError::OtherVersion`]; what the database said.
     pub async fn up_to_date(self, pool: &AnyPool) -> Result<(), StoreError> {
-        let (found, ours) = (self.version(pool).await?, migrations::of(self).iter().map(|migration| migration.version).max());
+        let (found, ours) =
+            (self.version(pool).await?, migrations::of(self).iter().map(|migration| migration.version).max());
         if Some(found) == ours { Ok(()) } else { Err(StoreError::OtherVersion) }
     }
 
