@@ -15,6 +15,8 @@ CREATE TABLE secrets (
 -- Bytes that are kept of an upload or of a result; 0 of those of earlier versions, of which it is not known.
 ALTER TABLE shapes ADD COLUMN bytes BIGINT NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN bytes BIGINT NOT NULL DEFAULT 0;
+CREATE INDEX shapes_by_size ON shapes (tenant, bytes);
+CREATE INDEX jobs_by_size ON jobs (tenant, bytes) WHERE bytes > 0;
 
 -- Processor time that jobs took, by tenant and by minute since 1970.
 CREATE TABLE usage (
