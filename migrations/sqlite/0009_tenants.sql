@@ -34,10 +34,10 @@ CREATE INDEX shapes_by_end ON shapes (expires_ms) WHERE expires_ms IS NOT NULL;
 CREATE INDEX shapes_by_use ON shapes (used_ms);
 CREATE INDEX jobs_by_end ON jobs (finished_ms) WHERE finished_ms IS NOT NULL;
 
--- For which shapes the spectra and preparations in a folder were made: they are freed with the last of them.
+-- For which shapes a spectrum or a preparation was made: its blob is freed with the last of them.
 CREATE TABLE caches (
-    folder TEXT NOT NULL,
-    shape  TEXT NOT NULL,
-    PRIMARY KEY (folder, shape)
+    blob  TEXT NOT NULL,
+    shape TEXT NOT NULL,
+    PRIMARY KEY (blob, shape)
 );
 CREATE INDEX caches_by_shape ON caches (shape);

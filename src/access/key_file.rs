@@ -100,7 +100,8 @@ impl KeyFile {
 
     /// What the key of this hash opens at this time, if it is one of these. Every key is compared, each in the same time.
     pub fn grant(&self, hash: &Hash, now: SystemTime) -> Option<&Grant> {
-        let found = self.entries.iter().filter(|entry| entry.hash == *hash).last()?;
+        let found =
+            self.entries.iter().fold(None, |found, entry| if entry.hash == *hash { Some(entry) } else { found })?;
         found.expires.is_none_or(|expires| now < expires).then_some(&found.grant)
     }
 }
