@@ -72,6 +72,7 @@ fn migrator() -> Migrator {
         (7, "sizes of shapes", include_str!("../../migrations/sqlite/0007_sizes_of_shapes.sql")),
         (8, "keys", include_str!("../../migrations/sqlite/0008_keys.sql")),
         (9, "tenants", include_str!("../../migrations/sqlite/0009_tenants.sql")),
+        (11, "previews", include_str!("../../migrations/sqlite/0011_previews.sql")),
     ];
     let migration = |(version, name, sql): (i64, &'static str, &'static str)| {
         Migration::new(version, name.into(), MigrationType::Simple, sql.into_sql_str(), false)

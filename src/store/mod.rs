@@ -15,6 +15,7 @@ mod job;
 mod keys;
 mod page;
 mod preparations;
+mod previews;
 mod queue;
 mod sealed;
 mod secrets;
