@@ -1,5 +1,7 @@
 //! The method as a whole, on the example creatures, without the service.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Value, json};
@@ -63,7 +65,8 @@ fn settings(request: Value) -> Settings {
 }
 
 fn matched(case: &Case, request: Value, watcher: &dyn Watcher) -> Result<MatchResult, MatchError> {
-    let surroundings = Surroundings { spectra: &Computing, preparations: &Computing, watcher, clock: &|| 0.0 };
+    let surroundings =
+        Surroundings { spectra: &Computing, preparations: &Computing, watcher, clock: &|| 0.0, preview: None };
     pipeline::run(&case.sketch, &case.mesh.clone().into(), &settings(request), &surroundings)
 }
 
@@ -104,6 +107,48 @@ fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis
             let error = mean(&errors(&mesh, &truth, &answers(&truth, &at, &read)).coherent);
             assert!(error < limit, "{creature}, k = {k}: {error}");
         }
+    }
+}
+
+#[test]
+fn the_answer_at_first_sight_comes_once_and_first() {
+    let case = sized("quadruped", 800, 300);
+    let (watcher, previews) = (patient(), RefCell::new(Vec::new()));
+    let keep = |result: MatchResult| previews.borrow_mut().push((watcher.asked.load(Ordering::Relaxed), result));
+    let surroundings = Surroundings {
+        spectra: &Computing,
+        preparations: &Computing,
+        watcher: &watcher,
+        clock: &|| 0.0,
+        preview: Some(&keep),
+    };
+    let mesh = case.mesh.clone().into();
+    let result = pipeline::run(&case.sketch, &mesh, &settings(json!({})), &surroundings).unwrap();
+    let [(asked, preview)] = &previews.take()[..] else { panic!("not one") };
+    assert!(*asked < watcher.asked.load(Ordering::Relaxed));
+    assert!(preview.preview && !result.preview);
+    assert!(preview.alternatives.is_empty() && !result.alternatives.is_empty());
+    assert_eq!(preview.correspondences.len(), result.correspondences.len());
+    assert_eq!(result, matched(&case, json!({}), &patient()).unwrap());
+}
+
+#[test]
+fn every_point_lies_on_a_triangle_of_its_vertex() {
+    let case = sized("quadruped", 800, 300);
+    let result = matched(&case, json!({}), &patient()).unwrap();
+    let triangles: BTreeSet<[u32; 3]> = case.mesh.triangles().iter().copied().collect();
+    let mut between = 0;
+    for point in &result.correspondences {
+        let (triangle, weights) = (point.triangle.unwrap(), point.barycentric.unwrap());
+        assert!(triangles.contains(&triangle) && triangle.contains(&point.mesh_vertex));
+        assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)) && (weights.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        between += usize::from(weights.iter().all(|&w| w < 1.0));
+    }
+    assert!(2 * between > result.correspondences.len(), "{between}");
+    let by_map = matched(&case, json!({"conversion": {"method": "nearest"}}), &patient()).unwrap();
+    for point in &by_map.correspondences {
+        let corner = point.triangle.unwrap().iter().position(|&v| v == point.mesh_vertex).unwrap();
+        assert_eq!(point.barycentric.unwrap()[corner], 1.0);
     }
 }
 

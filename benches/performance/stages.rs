@@ -99,7 +99,8 @@ fn matches(table: &Table, sketch: &Sketch, small: &TriangleMesh, large: &Triangl
         let request = serde_json::json!({"mesh": "m", "sketch": "s", "preset": preset});
         let request = serde_json::from_value(request).expect("a request");
         let settings = Settings::resolve(&request).expect("a preset is in range");
-        let surroundings = Surroundings { spectra: &known, preparations: &known, watcher: &Nobody, clock: &|| 0.0 };
+        let surroundings =
+            Surroundings { spectra: &known, preparations: &known, watcher: &Nobody, clock: &|| 0.0, preview: None };
         let file = mesh.clone().into();
         let sample = timed(|| pipeline::run(sketch, &file, &settings, &surroundings).expect("the body can be matched"));
         table.time(&format!("{preset} preset, mesh known, sketch new, {size}"), &sample, None, Reach::Most(most));

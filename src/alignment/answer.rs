@@ -18,6 +18,9 @@ pub enum Way {
 pub struct Alignment {
     /// A vertex of the mesh for every one of the m vertices of the sketch.
     pub map: Vec<u32>,
+    /// For every vertex its place between the vertices of the mesh, on a triangle that the one in `map` is of; nothing where
+    /// the answer is not what is seen where the vertex lies.
+    pub places: Vec<Option<Place>>,
     /// For every vertex the chance that its answer is less than 0.1 √area from the truth.
     pub confidence: Vec<f64>,
     pub frame: Frame,
@@ -33,6 +36,20 @@ pub struct Alignment {
     pub alternatives: Vec<Alternative>,
     /// The places of the landmarks whose distances from most others are not those in the sketch, ascending.
     pub at_odds: Vec<usize>,
+}
+
+/// A place on a mesh: the vertices of a triangle, and their weights, which sum to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    pub triangle: [u32; 3],
+    pub weights: [f64; 3],
+}
+
+impl Place {
+    /// That of a vertex, as a corner of a triangle it is of.
+    pub fn corner(vertex: u32, triangle: [u32; 3]) -> Place {
+        Place { triangle, weights: triangle.map(|corner| f64::from(u8::from(corner == vertex))) }
+    }
 }
 
 /// Another plausible answer.

@@ -26,13 +26,14 @@ pub mod prepared;
 mod scene;
 mod search;
 
-pub use answer::{Alignment, Alternative, Way};
+pub use answer::{Alignment, Alternative, Place, Way};
 pub use choice::terms::{Terms, WEIGHTS};
 pub use choice::trust::{DOUBTS, NAMES as DOUBT_NAMES, Regression, logarithms};
 pub use error::AlignmentError;
 pub use scene::landmarks::Pair;
 pub use scene::upright::Upright;
 
+use choice::attempt::{Attempt, attempts};
 use choice::reconciliation::reconciled;
 use choice::{believed, best_view, trust};
 use distances::by_distances;
@@ -51,7 +52,8 @@ const SAME_VIEW: f64 = 0.8;
 /// A view from the side looks along the normal of the plane of symmetry, within the angle of this cosine.
 const SIDEWAYS: f64 = 0.8;
 
-/// The sketch laid on the mesh, landmarks kept.
+/// The sketch laid on the mesh, landmarks kept. `first` is told what it looks like at first sight, on the best view of the
+/// mesh as it is, before poses are looked for: without alternatives.
 ///
 /// # Errors
 /// [`AlignmentError`].
@@ -60,15 +62,21 @@ pub fn aligned(
     mesh: &PreparedMesh,
     upright: Option<Upright>,
     landmarks: &[Pair],
+    first: &dyn Fn(Alignment),
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
     let (landmarks, none) = (&Landmarks::new(shape, landmarks), &Landmarks::new(shape, &[]));
     let candidates = candidates(scene)?;
-    let (best, others) = best_view(scene, &candidates, none)?;
+    let at_first = attempts(scene, &candidates, none)?;
+    if let [best, others @ ..] = &at_first[..] {
+        let doubts = trust::doubts(scene, best, others, landmarks);
+        first(answer(scene, best.clone().holding(scene, landmarks), &doubts, false, landmarks, Vec::new()));
+    }
+    let (best, others) = best_view(scene, at_first, none)?;
     let (mut best, mut by_distances) = believed(scene, best)?;
     if landmarks.contradict(mesh, &best.map) {
-        let (of_led_view, _) = best_view(scene, &candidates, landmarks)?;
+        let (of_led_view, _) = best_view(scene, attempts(scene, &candidates, landmarks)?, landmarks)?;
         let reconciled =
             reconciled(best.clone().answering(scene, landmarks, best.map.clone()), of_led_view, scene, landmarks)?;
         by_distances &= reconciled.map == best.map;
@@ -91,28 +99,38 @@ pub fn aligned(
         score: other.score(),
         map: other.map,
     });
-    // What the user knows is not traded for anything, and whether it fits shows in the distances.
-    let mut map = best.map.clone();
-    landmarks.pairs.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
-    let best = if map == best.map { best } else { best.answering(scene, landmarks, map) };
-    let at_odds = landmarks.at_odds(mesh, best.distortion.scale);
+    let alternatives = [twin].into_iter().chain(second).collect();
+    Ok(answer(scene, best.holding(scene, landmarks), &doubts, by_distances, landmarks, alternatives))
+}
+
+/// What an attempt answers that holds the landmarks.
+fn answer(
+    scene: &Scene<'_>,
+    best: Attempt,
+    doubts: &[[f64; DOUBTS]],
+    by_distances: bool,
+    landmarks: &Landmarks,
+    alternatives: Vec<Alternative>,
+) -> Alignment {
+    let frame = best.as_drawn(scene);
     let way = match (by_distances, best.is_posed()) {
         (true, _) => Way::Distances,
         (false, true) => Way::Pose,
         (false, false) => Way::View,
     };
-    Ok(Alignment {
-        confidence: trust::trust(&doubts),
-        frame: drawn,
+    Alignment {
+        confidence: trust::trust(doubts),
         way,
-        sideways: dot(drawn.toward_camera, mesh.symmetry.normal).abs() > SIDEWAYS,
+        sideways: dot(frame.toward_camera, scene.mesh.symmetry.normal).abs() > SIDEWAYS,
+        frame,
         contour: best.laying.cost,
         distortion: best.distortion.mean,
         score: best.score(),
+        at_odds: landmarks.at_odds(scene.mesh, best.distortion.scale),
+        places: best.places(scene.mesh),
         map: best.map,
-        at_odds,
-        alternatives: [twin].into_iter().chain(second).collect(),
-    })
+        alternatives,
+    }
 }
 
 /// An answer that was weighed.
@@ -136,7 +154,7 @@ pub fn weighed(
 ) -> Result<(Vec<Weighed>, Vec<[f64; DOUBTS]>), AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
     let none = &Landmarks::new(shape, &[]);
-    let (best, others) = best_view(scene, &candidates(scene)?, none)?;
+    let (best, others) = best_view(scene, attempts(scene, &candidates(scene)?, none)?, none)?;
     let (answer, by_distances) = believed(scene, best.clone())?;
     let doubts = trust::doubts(scene, &answer, &others, none);
     let rejected = by_distances.then_some(best);

@@ -74,7 +74,8 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
     let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?;
     let started = Instant::now();
     let clock = || started.elapsed().as_secs_f64() * 1e3;
-    let surroundings = Surroundings { spectra: &Computing, preparations: &Computing, watcher: &Logged, clock: &clock };
+    let surroundings =
+        Surroundings { spectra: &Computing, preparations: &Computing, watcher: &Logged, clock: &clock, preview: None };
     let result = pipeline::run(&sketch.sketch, &mesh.mesh, &settings, &surroundings)?;
     let text = serde_json::to_string(&result)?;
     match output {

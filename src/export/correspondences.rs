@@ -26,7 +26,7 @@ struct Correspondence {
 pub fn csv(result: &[u8]) -> Result<Bytes, Unwritten> {
     let Points { correspondences } = serde_json::from_slice(result)?;
     let mut table = String::from("sketch_vertex,x,y,mesh_vertex,confidence\r\n");
-    for Correspondence { sketch_vertex, point: [x, y], mesh_vertex, confidence } in correspondences {
+    for Correspondence { sketch_vertex, point: [x, y], mesh_vertex, confidence, .. } in correspondences {
         let confidence = confidence.map(|value| value.to_string()).unwrap_or_default();
         table.push_str(&format!("{sketch_vertex},{x},{y},{mesh_vertex},{confidence}\r\n"));
     }

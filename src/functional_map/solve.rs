@@ -4,7 +4,7 @@ use faer::Mat;
 
 use super::MapError;
 use super::problem::{Problem, check};
-use super::regulariser::Regulariser;
+use super::regulariser::{Regulariser, Search};
 use crate::numerics::{Report, Watch};
 
 /// A functional map and how it was found.
@@ -36,7 +36,7 @@ pub fn solve(
     let shape = (problem.rows(), problem.columns());
     check("W", weights.as_ref(), shape)?;
     check("C⁰", start.as_ref(), shape)?;
-    let (c, mut report) = regulariser.minimiser(problem, weights, start, watch)?;
+    let (c, mut report) = regulariser.minimiser(Search { problem, weights, start, watch })?;
     // The solvers compare objectives without ‖B‖²_F; nothing that is reported is negative by rounding.
     report.history.iter_mut().for_each(|value| *value = (*value + problem.constant()).max(0.0));
     Ok(Solution { c, report })

@@ -1,21 +1,16 @@
 //! Matches: asked for, looked at, ended.
 
-use std::sync::Arc;
-
 use axum::Json;
 use axum::response::Response;
-use serde::Deserialize;
-use utoipa::IntoParams;
 
-use super::body::JsonBody;
-use super::idempotency::{Answer, IdempotencyKey, fingerprint};
+use super::asking::{Asked, JobQuery, Submission};
+use super::idempotency::Answer;
 use super::inline_sketch::InlineSketch;
 use super::job_document::MatchDocument;
 use super::page::{Listing, PageQuery};
-use super::preference::Wait;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::{App, Config, memory, resource, shapes};
+use super::{App, Config, asking, memory, resource};
 use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
 use crate::intake::mesh::MeshMeasures;
@@ -23,17 +18,7 @@ use crate::jobs::Task;
 use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
-use crate::store::{Kind, MEMORY, NewJob, Shape, Unkept};
-
-/// What a match is asked for with beside its request.
-#[derive(Debug, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
-pub struct MatchQuery {
-    /// A name to list the match under.
-    #[param(max_length = 200)]
-    name: Option<String>,
-}
+use crate::store::{Kind, Shape, Unkept};
 
 /// Asks for a match.
 ///
@@ -41,7 +26,7 @@ pub struct MatchQuery {
 #[utoipa::path(
     post, path = "/v1/matches", operation_id = "create_match", tag = "matches",
     params(
-        MatchQuery,
+        JobQuery,
         ("Prefer" = Option<String>, Header, description = "`wait=N`: seconds to wait for the end of the match"),
         ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key never makes a second match"),
     ),
@@ -51,29 +36,14 @@ pub struct MatchQuery {
         (status = 200, description = "finished within the wait", body = MatchDocument, headers(("Preference-Applied" = String))),
     ),
 )]
-pub async fn create(
-    app: App,
-    Query(query): Query<MatchQuery>,
-    key: IdempotencyKey,
-    wait: Wait,
-    body: JsonBody,
-) -> Result<Response, Problem> {
-    let name = shapes::name(query.name, None)?;
-    let body = Arc::new(body);
-    let (printed, named) = (body.clone(), name.clone().unwrap_or_default());
-    let print = app.off_runtime(move || fingerprint("POST /v1/matches", &[&printed.bytes, named.as_bytes()])).await?;
-    let request = submitted(&app, body, name, key.dedupe(&print));
-    resource::asked::<Settings>(&app, &key, &print, &wait, request).await
+pub async fn create(app: App, asked: Asked) -> Result<Response, Problem> {
+    asking::answered::<Settings, _>(&app, asked, |submission| submitted(&app, submission)).await
 }
 
-/// Queues the match that `body` asks for.
-async fn submitted(
-    app: &App,
-    body: Arc<JsonBody>,
-    name: Option<String>,
-    dedupe: Option<String>,
-) -> Result<Answer, Problem> {
-    let (memory, read) = (body.bytes.len().saturating_mul(json::MEMORY_OF_TREE), body.clone());
+/// Queues the match that is asked for.
+async fn submitted(app: &App, submission: Submission) -> Result<Answer, Problem> {
+    let read = submission.body.clone();
+    let memory = read.bytes.len().saturating_mul(json::MEMORY_OF_TREE);
     let read =
         app.with_memory(memory, move || json::parsed_apart::<MatchRequest, OutlineRequest>(&read.bytes, "sketch"));
     let (request, drawing) = read.await??;
@@ -82,8 +52,7 @@ async fn submitted(
         None => None,
     };
     let (settings, payload, drawn) = payload(app, request, inline).await?;
-    let job = NewJob { name: name.as_deref(), dedupe: dedupe.as_deref(), taken_for: MEMORY, ..settings.job(&payload) };
-    resource::queued::<Settings>(app, app.queued(&job, drawn).await?).await
+    asking::queued::<Settings>(app, &submission, settings.job(&payload), drawn).await
 }
 
 /// The request with every value filled in, also in JSON, checked against the shapes it names; and the sketch within it, to

@@ -4,6 +4,7 @@
 //! all it knows of the worker.
 
 pub mod admission;
+mod asking;
 mod body;
 mod connections;
 mod events;
@@ -27,6 +28,7 @@ mod page;
 mod paths;
 mod pictures;
 mod portraits;
+mod pose_results;
 mod poses;
 mod preference;
 mod problem;

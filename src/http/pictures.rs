@@ -1,5 +1,7 @@
 //! Pictures of matches.
 
+use std::future::ready;
+
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -126,12 +128,12 @@ pub async fn of_matrix(
 ) -> Result<Response, Problem> {
     let wanted = wanted(query.format, headers)?;
     let result = resource::result::<Settings>(&app, &id).await?;
-    let wanted = wanted.made_of(&app, result.clone(), "matrix".to_owned()).await?;
+    let made_of = (result.clone(), "matrix".to_owned());
     let draw = move |media_type| match media_type {
         SVG => functional_map::svg(&result),
         _ => functional_map::png(&result),
     };
-    wanted.answer(&app, draw).await
+    wanted.answer_made_of(&app, made_of, ready(Ok(draw))).await
 }
 
 /// Answers the mesh of a match in the colours of the sketch, as glTF 2.0 binary.
@@ -173,10 +175,10 @@ pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) 
         let fault = Fault::in_query("alternative", format!("the result has {} alternatives", alternatives.len()));
         return Err(Problem::not_there("there is no such answer", fault));
     }
-    let wanted = wanted.made_of(app, result.clone(), format!("{look:?}")).await?;
-    if let Some(unchanged) = wanted.unchanged() {
-        return Ok(unchanged);
-    }
-    let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
-    wanted.answer(app, move |_| picture::file(look, &result, &sketch, &mesh).map(Bytes::from)).await
+    let fetched = async {
+        let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
+        let read = result.clone();
+        Ok(move |_| picture::file(look, &read, &sketch, &mesh).map(Bytes::from))
+    };
+    wanted.answer_made_of(app, (result.clone(), format!("{look:?}")), fetched).await
 }

@@ -1,6 +1,7 @@
 //! Pictures of shapes by themselves, for lists and previews.
 
 use std::fmt::Display;
+use std::future::ready;
 
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -98,6 +99,6 @@ async fn drawn<E: Display + Send + 'static>(
     draw: impl FnOnce(&'static str, u32) -> Result<Bytes, E> + Send + 'static,
 ) -> Result<Response, Problem> {
     let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
-    let wanted = wanted.made_of(app, id.into(), format!("portrait {width}")).await?;
-    wanted.answer(app, move |media_type| draw(media_type, width)).await
+    let draw = move |media_type| draw(media_type, width);
+    wanted.answer_made_of(app, (id.into(), format!("portrait {width}")), ready(Ok(draw))).await
 }

@@ -1,6 +1,7 @@
 //! Which form of a resource a client wants, and whether it has it already.
 
 use std::fmt::Display;
+use std::future::Future;
 
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
@@ -20,18 +21,28 @@ pub const OCTETS: &str = "application/octet-stream";
 /// What the compressing layer leaves behind in the name of a compressed body.
 const COMPRESSED: &str = "gzip";
 
-/// The form in which a client wants a resource that never changes.
+/// The form in which a client wants a resource, and what it has of it.
 pub struct Wanted {
     media_type: &'static str,
     headers: HeaderMap,
     /// The entity tag, where it is known before the body is made.
     tag: Option<String>,
+    keep: Keep,
+}
+
+/// What is said of keeping a body.
+#[derive(Clone, Copy)]
+enum Keep {
+    /// It is the same for ever.
+    Forever,
+    /// Another follows it.
+    Never,
 }
 
 impl Wanted {
     /// As `media_type`, whatever the `Accept` header says.
     pub fn named(headers: HeaderMap, media_type: &'static str) -> Wanted {
-        Wanted { media_type, headers, tag: None }
+        Wanted { media_type, headers, tag: None, keep: Keep::Forever }
     }
 
     /// As that of the media types `offered`, best first, which the `Accept` header likes best.
@@ -43,6 +54,11 @@ impl Wanted {
         Ok(Wanted::named(headers, media_type))
     }
 
+    /// The same of what another follows: not to be kept.
+    pub fn passing(self) -> Wanted {
+        Wanted { keep: Keep::Never, ..self }
+    }
+
     pub fn media_type(&self) -> &'static str {
         self.media_type
     }
@@ -51,7 +67,7 @@ impl Wanted {
     ///
     /// # Errors
     /// 500 where no thread has been had to hash the source.
-    pub async fn made_of(self, app: &App, source: Bytes, how: String) -> Result<Wanted, Problem> {
+    async fn made_of(self, app: &App, source: Bytes, how: String) -> Result<Wanted, Problem> {
         let media_type = self.media_type;
         let hashed = app.off_runtime(move || {
             let mut hasher = blake3::Hasher::new();
@@ -65,9 +81,9 @@ impl Wanted {
     }
 
     /// 304 where the client is known to have it before it is made.
-    pub fn unchanged(&self) -> Option<Response> {
+    fn unchanged(&self) -> Option<Response> {
         let tag = self.tag.as_ref().filter(|tag| has(&self.headers, tag))?;
-        Some((StatusCode::NOT_MODIFIED, lasting(tag)).into_response())
+        Some((StatusCode::NOT_MODIFIED, said_of(tag, self.keep)).into_response())
     }
 
     /// The answer with the body that `write` makes in this form, off the threads that answer requests; 304 where the
@@ -83,14 +99,35 @@ impl Wanted {
         if let Some(unchanged) = self.unchanged() {
             return Ok(unchanged);
         }
-        let written = app.off_runtime(move || write(self.media_type).map(|body| self.immutable(body)));
+        let written = app.off_runtime(move || write(self.media_type).map(|body| self.tagged(body)));
         written.await?.map_err(Problem::internal)
     }
 
-    /// The answer with a body that never changes: with a strong entity tag, or 304 where the client has it.
-    fn immutable(mut self, body: Bytes) -> Response {
+    /// The same of what is made of nothing but `source`, the form and `how`: for a client that has it nothing else is
+    /// fetched and nothing made. `fetched` has whatever else `write` needs, and is it.
+    ///
+    /// # Errors
+    /// Whatever `fetched` refuses; 500 where `write` fails.
+    pub async fn answer_made_of<E: Display + Send + 'static, W>(
+        self,
+        app: &App,
+        (source, how): (Bytes, String),
+        fetched: impl Future<Output = Result<W, Problem>>,
+    ) -> Result<Response, Problem>
+    where
+        W: FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
+    {
+        let wanted = self.made_of(app, source, how).await?;
+        match wanted.unchanged() {
+            Some(unchanged) => Ok(unchanged),
+            None => wanted.answer(app, fetched.await?).await,
+        }
+    }
+
+    /// The answer with the body: with a strong entity tag, or 304 where the client has it.
+    fn tagged(mut self, body: Bytes) -> Response {
         let tag = self.tag.get_or_insert_with(|| tag_of(blake3::hash(&body)));
-        let answer = (lasting(tag), [(header::CONTENT_TYPE, self.media_type)], body);
+        let answer = (said_of(tag, self.keep), [(header::CONTENT_TYPE, self.media_type)], body);
         self.unchanged().unwrap_or_else(|| answer.into_response())
     }
 }
@@ -142,11 +179,15 @@ fn tag_of(hash: blake3::Hash) -> String {
     format!("\"{}\"", &hash.to_hex()[..32])
 }
 
-/// The headers of what never changes.
-fn lasting(tag: &str) -> [(HeaderName, String); 3] {
+/// The headers of a body of this tag.
+fn said_of(tag: &str, keep: Keep) -> [(HeaderName, String); 3] {
+    let keep = match keep {
+        Keep::Forever => "private, max-age=31536000, immutable",
+        Keep::Never => "no-store",
+    };
     [
         (header::ETAG, tag.to_owned()),
-        (header::CACHE_CONTROL, "private, max-age=31536000, immutable".to_owned()),
+        (header::CACHE_CONTROL, keep.to_owned()),
         (header::VARY, "accept, authorization".to_owned()),
     ]
 }
@@ -247,7 +288,7 @@ mod tests {
     #[test]
     fn answers_304_for_a_known_tag() {
         let body = Bytes::from_static(b"{}");
-        let answered = |headers, body| Wanted::named(headers, "application/json").immutable(body);
+        let answered = |headers, body| Wanted::named(headers, "application/json").tagged(body);
         let first = answered(HeaderMap::new(), body.clone());
         let tag = first.headers()[header::ETAG].clone();
         for known in [

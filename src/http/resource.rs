@@ -1,25 +1,20 @@
-//! What kinds of jobs have in common that clients ask for by name, follow, read and end.
-
-use std::time::Duration;
+//! What kinds of jobs have in common that have an address: how they are found, listed, read and ended.
 
 use axum::Json;
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 use serde::Serialize;
 use serde_json::Value;
-use tokio::time::{Instant, timeout_at};
 
-use super::idempotency::{Answer, IdempotencyKey};
+use super::App;
 use super::page::{PageQuery, cursor_fault};
-use super::preference::Wait;
 use super::problem::Problem;
-use super::{App, PREFERENCE_APPLIED};
 use crate::jobs::Task;
 use crate::store::{Job, State};
 
 /// Seconds after which to look at an unfinished job again.
-const LOOK_AGAIN: u32 = 1;
+pub const LOOK_AGAIN: u32 = 1;
 
 /// A kind of job that has an address.
 pub trait Resource: Task {
@@ -59,57 +54,6 @@ pub async fn described<T: Resource>(app: &App, job: Job) -> Result<T::Document, 
     Ok(T::document(job, payload))
 }
 
-/// 202 with what is told of a job that was queued.
-pub async fn queued<T: Resource>(app: &App, job: Job) -> Result<Answer, Problem> {
-    Answer::json(StatusCode::ACCEPTED, Some(address::<T>(&job.id)), &described::<T>(app, job).await?)
-}
-
-/// The answer to a request for a job, of this `print` and queued by `submitted`: carried out once under its key, and
-/// waited for as long as the client prefers.
-pub async fn asked<T: Resource>(
-    app: &App,
-    key: &IdempotencyKey,
-    print: &str,
-    wait: &Wait,
-    submitted: impl Future<Output = Result<Answer, Problem>>,
-) -> Result<Response, Problem> {
-    let answer = key.once(&app.store, print, submitted).await?;
-    let location = answer.location.clone().unwrap_or_default();
-    let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
-    let id = location.trim_start_matches(T::PATH).trim_start_matches('/');
-    let mut response = match finished(app, id, patience).await? {
-        Some(job) => Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response(),
-        None => accepted(answer),
-    };
-    let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
-    response.headers_mut().extend(applied.map(|applied| (PREFERENCE_APPLIED, applied)));
-    Ok(response)
-}
-
-/// 202 with the time to look again.
-fn accepted(answer: Answer) -> Response {
-    let mut response = answer.into_response();
-    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(LOOK_AGAIN));
-    response
-}
-
-/// The job once it is finished; nothing where that takes longer than `patience` or the server stops.
-async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
-    let deadline = Instant::now() + patience;
-    let mut changes = app.store.job_changes(id);
-    loop {
-        let job = app.store.job(id).await?;
-        match job {
-            Some(job) if job.state.finished() => return Ok(Some(job)),
-            Some(_) => {}
-            None => return Ok(None),
-        }
-        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
-            return Ok(None);
-        }
-    }
-}
-
 /// A page of the jobs of a kind, newest first.
 pub async fn listed<T: Resource>(app: &App, query: &PageQuery) -> Result<Response, Problem> {
     let jobs = app.store.jobs(T::NAME, &query.page()?).await.map_err(cursor_fault)?;
@@ -145,6 +89,15 @@ pub async fn result<T: Resource>(app: &App, id: &str) -> Result<Bytes, Problem> 
     }
     let gone = || format!("the result of {} {id} was kept for its time and is deleted: ask for it again", T::NOUN);
     app.store.result(id).await?.ok_or_else(|| Problem::new(StatusCode::GONE, gone()))
+}
+
+/// What the result of a job that runs looks like at first sight, once that is known.
+///
+/// # Errors
+/// 404 where there is no such job.
+pub async fn preview<T: Resource>(app: &App, id: &str) -> Result<Option<Bytes>, Problem> {
+    found::<T>(app, id).await?;
+    Ok(app.store.previewed(id).await?)
 }
 
 /// Why a job has no result, in words.

@@ -2,10 +2,12 @@
 
 use axum::http::HeaderMap;
 use axum::response::Response;
+use serde::Deserialize;
+use utoipa::IntoParams;
 
 use super::pictures::{self, GLB};
 use super::problem::Problem;
-use super::query::Id;
+use super::query::{Id, Query};
 use super::representation::{JSON, NPY, Wanted};
 use super::{App, resource};
 use crate::export::picture::Form;
@@ -15,21 +17,42 @@ use crate::pipeline::outcome::MatchResult;
 
 const CSV: &str = "text/csv";
 
+/// What is asked of a result.
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(default, deny_unknown_fields)]
+pub struct ResultQuery {
+    /// Of a match that runs: the answer at first sight, once there is one (the stage `preview` tells). Of a match that
+    /// succeeded its result.
+    preview: bool,
+}
+
 /// Answers the result of a match.
 ///
 /// JSON holds all of it. By `Accept`, `text/csv` answers the correspondences as a table, `application/x-npy` C, and
-/// `model/gltf-binary` the mesh in the colours of the sketch.
+/// `model/gltf-binary` the mesh in the colours of the sketch. With `preview=true` the answer at first sight will do: it is
+/// there well before the result, on the best view of the mesh as it is, has `preview: true` and no alternatives, and is not
+/// to be kept.
 #[utoipa::path(
-    get, path = "/v1/matches/{id}/result", operation_id = "read_result", tag = "matches", params(("id" = String, Path)),
+    get, path = "/v1/matches/{id}/result", operation_id = "read_result", tag = "matches", params(("id" = String, Path), ResultQuery),
     responses(
         (status = 200, description = "the result", body = MatchResult),
         (status = 304, description = "unchanged"),
         (status = 409, description = "not finished, or finished without a result"),
     ),
 )]
-pub async fn read(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn read(
+    app: App,
+    Id(id): Id,
+    Query(query): Query<ResultQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, CSV, NPY, GLB])?;
-    let result = resource::result::<Settings>(&app, &id).await?;
+    let preview = if query.preview { resource::preview::<Settings>(&app, &id).await? } else { None };
+    let (wanted, result) = match preview {
+        Some(preview) => (wanted.passing(), preview),
+        None => (wanted, resource::result::<Settings>(&app, &id).await?),
+    };
     if wanted.media_type() == GLB {
         return pictures::drawn(&app, wanted, Form::Glb.into(), result).await;
     }
@@ -39,4 +62,46 @@ pub async fn read(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, 
         _ => Ok(result),
     };
     wanted.answer(&app, write).await
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::to_bytes;
+    use axum::http::{StatusCode, header};
+    use axum::response::IntoResponse;
+    use bytes::Bytes;
+    use metrics_exporter_prometheus::PrometheusBuilder;
+    use tokio_util::sync::CancellationToken;
+
+    use super::*;
+    use crate::http::Config;
+    use crate::jobs::Task;
+    use crate::store::testing::fresh;
+    use crate::store::{NewJob, Places};
+
+    #[tokio::test]
+    async fn a_preview_is_answered_until_the_result_is_there() {
+        let (_directory, store) = fresh().await;
+        store.submit(&NewJob::of(Settings::NAME, "{}"), Places { queue: 1, of_kind: 1 }).await.unwrap();
+        let lease = store.claim(&[Settings::NAME]).await.unwrap().unwrap();
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store.clone(), Config::default(), measures, CancellationToken::new());
+        let asked = async |preview: bool| {
+            let query = Query(ResultQuery { preview });
+            read(app.clone(), Id(lease.job.id.clone()), query, HeaderMap::new()).await.into_response()
+        };
+        assert_eq!(asked(true).await.status(), StatusCode::CONFLICT);
+        store.preview(&lease, br#"{"preview": true}"#, 0.5).await.unwrap();
+        assert_eq!(asked(false).await.status(), StatusCode::CONFLICT);
+        let preview = asked(true).await;
+        assert_eq!(
+            (preview.status(), &preview.headers()[header::CACHE_CONTROL]),
+            (StatusCode::OK, &"no-store".parse().unwrap())
+        );
+        assert_eq!(to_bytes(preview.into_body(), 99).await.unwrap(), &br#"{"preview": true}"#[..]);
+        store.succeed(&lease, Bytes::from_static(b"{}")).await.unwrap();
+        for preview in [false, true] {
+            assert_eq!(to_bytes(asked(preview).await.into_body(), 99).await.unwrap(), &b"{}"[..]);
+        }
+    }
 }

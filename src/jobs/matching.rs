@@ -29,7 +29,13 @@ impl Task for Settings {
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64() * 1e3;
         let Bench { spectra, preparations, .. } = bench;
-        let surroundings = Surroundings { spectra, preparations, watcher: progress, clock: &clock };
+        let preview = |result: MatchResult| {
+            let result = MatchResult { id: Some(id.to_owned()), ..result };
+            // Numbers and strings are always written.
+            progress.preview(serde_json::to_vec(&result).unwrap_or_default().into());
+        };
+        let surroundings =
+            Surroundings { spectra, preparations, watcher: progress, clock: &clock, preview: Some(&preview) };
         let result = pipeline::run(&sketch, &mesh, &self, &surroundings)?;
         measure(&result.timings_ms);
         Ok(MatchResult { id: Some(id.to_owned()), ..result })

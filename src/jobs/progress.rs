@@ -1,6 +1,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use bytes::Bytes;
+use tokio::sync::Notify;
+
 use crate::numerics::{Cancelled, Watch};
 use crate::pipeline::{Stage, Watcher};
 
@@ -9,12 +12,30 @@ use crate::pipeline::{Stage, Watcher};
 pub struct Progress {
     stopped: AtomicBool,
     at: Mutex<(&'static str, f64)>,
+    preview: Mutex<Option<Bytes>>,
+    previewed: Notify,
 }
 
 impl Progress {
     /// The stage under way, and the fraction of the whole job that is done.
     pub fn at(&self) -> (&'static str, f64) {
         *self.at.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Shows what the outcome looks like at first sight, in JSON.
+    pub fn preview(&self, preview: Bytes) {
+        *self.preview.lock().unwrap_or_else(PoisonError::into_inner) = Some(preview);
+        self.previewed.notify_one();
+    }
+
+    /// What is shown next.
+    pub async fn previewed(&self) -> Bytes {
+        loop {
+            self.previewed.notified().await;
+            if let Some(preview) = self.preview.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                return preview;
+            }
+        }
     }
 
     /// Has the computation end at its next question.

@@ -2,6 +2,7 @@
 
 use super::outcome::{AlignmentReport, Alternative, AlternativeKind, MatchedBy, SeenPart, ViewReport};
 use super::request::{Direction, Part, Ups};
+use super::settings::Settings;
 use super::{MatchError, Surroundings};
 use crate::alignment::prepared::standing::Up;
 use crate::alignment::prepared::{FlatShape, PreparedMesh};
@@ -26,33 +27,24 @@ pub(super) struct Aligned {
     pub visible: Vec<u32>,
 }
 
-/// The sketch laid on the figure. Landmarks are pairs of vertices.
+/// The sketch laid on the figure as the settings ask for it. Landmarks are pairs of vertices. `first` is told what it looks
+/// like at first sight.
 pub(super) fn aligned(
     sketch: &Sketch,
     figure: &Figure,
     landmarks: &[[usize; 2]],
-    part: Part,
-    up: &Ups,
+    settings: &Settings,
     surroundings: &Surroundings<'_>,
+    first: &dyn Fn(Aligned),
     watch: &dyn Watch,
 ) -> Result<Aligned, MatchError> {
-    let prepared = surroundings.preparations.prepared(&figure.mesh, watch)?;
+    let prepared = &*surroundings.preparations.prepared(&figure.mesh, watch)?;
     let shape = FlatShape::new(sketch.mesh(), watch)?;
     let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
-    let upright = upright(up, sketch, &shape, &prepared);
-    let alignment = alignment::aligned(&shape, &prepared, upright, &pairs, watch)?;
-    let toward = dot(prepared.symmetry.normal, alignment.frame.toward_camera).signum();
-    let in_front = |v: &u32| toward * prepared.symmetry.height(prepared.positions[*v as usize]) > -BEYOND;
-    let part = match part {
-        Part::Whole => SeenPart::Whole,
-        Part::Side => SeenPart::Side,
-        // Of many poses a far leg is seen too.
-        Part::Auto if alignment.sideways && alignment.map.iter().all(in_front) => SeenPart::Side,
-        Part::Auto => SeenPart::Whole,
-    };
-    let vertices = 0..prepared.positions.len() as u32;
-    let visible = vertices.filter(|v| part == SeenPart::Whole || in_front(v)).collect();
-    Ok(Aligned { alignment, axes: prepared.axes, part, visible })
+    let upright = upright(&settings.up, sketch, &shape, prepared);
+    let of = |alignment| Aligned::of(alignment, prepared, settings.part);
+    let first = |alignment| first(of(alignment));
+    Ok(of(alignment::aligned(&shape, prepared, upright, &pairs, &first, watch)?))
 }
 
 /// Which way is up on both shapes, in the axes they are laid in; nothing where it is not known of one of them.
@@ -73,6 +65,21 @@ fn upright(up: &Ups, sketch: &Sketch, shape: &FlatShape, prepared: &PreparedMesh
 }
 
 impl Aligned {
+    fn of(alignment: Alignment, prepared: &PreparedMesh, part: Part) -> Aligned {
+        let toward = dot(prepared.symmetry.normal, alignment.frame.toward_camera).signum();
+        let in_front = |v: &u32| toward * prepared.symmetry.height(prepared.positions[*v as usize]) > -BEYOND;
+        let part = match part {
+            Part::Whole => SeenPart::Whole,
+            Part::Side => SeenPart::Side,
+            // Of many poses a far leg is seen too.
+            Part::Auto if alignment.sideways && alignment.map.iter().all(in_front) => SeenPart::Side,
+            Part::Auto => SeenPart::Whole,
+        };
+        let vertices = 0..prepared.positions.len() as u32;
+        let visible = vertices.filter(|v| part == SeenPart::Whole || in_front(v)).collect();
+        Aligned { alignment, axes: prepared.axes, part, visible }
+    }
+
     /// What the result says of the alignment, in the numbering of the user's mesh.
     pub fn report(&self, figure: &Figure) -> AlignmentReport {
         let alignment = &self.alignment;

@@ -9,7 +9,6 @@ use crate::mesh::connectivity::{Components, components};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::parts::figures;
-use crate::numerics::Watch;
 use crate::sketch::Sketch;
 
 /// The part of the mesh that is matched, with what is known of it already.
@@ -39,10 +38,12 @@ impl Chosen {
         if settings.alignment == (Alignment::None {}) {
             sets.truncate(1);
         }
-        if let [set] = &sets[..]
-            && let &[number] = &set[..]
-        {
-            let figure = Figure::of_component(mesh, &components, number);
+        if let [set] = &sets[..] {
+            let figure = match &set[..] {
+                &[number] => Some(Figure::of_component(mesh, &components, number)),
+                set => stages.run(Stage::Alignment, |watch| Figure::of_components(mesh, &components, set, watch))?,
+            };
+            let figure = figure.ok_or_else(|| MatchError::Faults(vec![nothing_around(set)]))?;
             let landmarks = landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
             return Ok(Chosen { figure, landmarks, aligned: None, of_several });
         }
@@ -50,31 +51,15 @@ impl Chosen {
             let mut best: Option<Chosen> = None;
             for set in &sets {
                 let Some(figure) = Figure::of_components(mesh, &components, set, watch)? else { continue };
-                let laid = Chosen::laid(figure, sketch, settings, surroundings, watch)?;
-                if best.as_ref().is_none_or(|best| laid.score() < best.score()) {
-                    best = Some(laid);
+                let landmarks =
+                    landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
+                let laid = aligned(sketch, &figure, &landmarks, settings, surroundings, &|_| (), watch)?;
+                if best.as_ref().is_none_or(|best| laid.alignment.score < best.score()) {
+                    best = Some(Chosen { figure, landmarks, aligned: Some(laid), of_several: true });
                 }
             }
             best.ok_or_else(|| MatchError::Faults(vec![nothing_around(&sets[0])]))
         })
-    }
-
-    /// The sketch laid on a figure, where it is to be.
-    fn laid(
-        figure: Figure,
-        sketch: &Sketch,
-        settings: &Settings,
-        surroundings: &Surroundings<'_>,
-        watch: &dyn Watch,
-    ) -> Result<Chosen, MatchError> {
-        let landmarks = landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
-        let aligned = match settings.alignment {
-            Alignment::View { .. } => {
-                Some(aligned(sketch, &figure, &landmarks, settings.part, &settings.up, surroundings, watch)?)
-            }
-            Alignment::None {} => None,
-        };
-        Ok(Chosen { figure, landmarks, aligned, of_several: true })
     }
 
     /// The less the better.

@@ -24,6 +24,7 @@ use crate::mesh::TriangleMesh;
 use crate::numerics::block_lanczos::EigenError;
 use crate::numerics::{Cancelled, Watch};
 use crate::spectral::{Boundary, SpectralError, Spectrum};
+use outcome::MatchResult;
 
 pub use computing::Computing;
 pub use figure::faults_on_shapes;
@@ -38,6 +39,8 @@ pub struct Surroundings<'a> {
     pub watcher: &'a dyn Watcher,
     /// Milliseconds since some moment; for `timings_ms` alone.
     pub clock: &'a dyn Fn() -> f64,
+    /// Who wants the answer at first sight, before poses of the mesh are looked for.
+    pub preview: Option<&'a dyn Fn(MatchResult)>,
 }
 
 /// Where spectra come from: computed, or out of a cache.

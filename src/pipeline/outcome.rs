@@ -19,6 +19,9 @@ pub struct MatchResult {
     /// The version of the program that matched; nothing in results of versions before it said so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub version: Option<String>,
+    /// Whether this is the answer at first sight, which another follows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub preview: bool,
     pub sketch: String,
     pub mesh: String,
     /// Every setting as used; sent again, it gives the same answer.
@@ -57,7 +60,7 @@ pub enum Rating {
 
 impl Rating {
     const HIGH: f64 = 0.88;
-    const MEDIUM: f64 = 0.77;
+    const MEDIUM: f64 = 0.75;
 
     /// The word for the confidence of a match.
     pub fn of(confidence: f64) -> Rating {
@@ -93,6 +96,15 @@ pub struct Correspondence {
     pub point: [f64; 2],
     /// Counted from 0 in the user's file.
     pub mesh_vertex: u32,
+    /// The vertices, of which `mesh_vertex` is one, of the triangle on which the point lies between them, as `mesh_vertex`
+    /// counts; nothing in results of versions before it was told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<u32>>, min_items = 3, max_items = 3)]
+    pub triangle: Option<[u32; 3]>,
+    /// The weights of the triangle's vertices at the point, which sum to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<f64>>, min_items = 3, max_items = 3)]
+    pub barycentric: Option<[f64; 3]>,
     /// In `[0, 1]`. Of aligned points the chance to be within a tenth of the square root of the mesh's area of the
     /// truth; of points read from C how well the map agrees with its own way back, which is not calibrated.
     pub confidence: f64,

@@ -13,6 +13,7 @@ use super::request::{Alignment, Conversion, Refinement};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
 use super::{MatchError, Surroundings};
+use crate::alignment::Place;
 use crate::correspondence::{confidence, icp, points, zoomout};
 use crate::functional_map::problem::least_squares;
 use crate::functional_map::solve::solve;
@@ -41,80 +42,120 @@ pub fn run(
         return Err(MatchError::Faults(faults));
     }
     let stages = Stages::begin(surroundings);
-    let Chosen { figure, landmarks, aligned: laid, of_several } =
-        Chosen::of(sketch, mesh, settings, &stages, surroundings)?;
-
-    let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &figure, surroundings, watch))?;
-    let (k, l) = (settings.basis.k, settings.basis.k_mesh);
-    let bases = at_unit_area(&full, [k, l]);
-    let [phi, psi] = &bases;
-    let areas = [sketch.mesh().area(), figure.mesh.area()];
-    let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
-    let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
-
+    let mut chosen = Chosen::of(sketch, mesh, settings, &stages, surroundings)?;
+    let laid = chosen.aligned.take();
+    let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &chosen.figure, surroundings, watch))?;
+    let matching = Matching::new(sketch, mesh, settings, chosen, full);
+    let first = |aligned: Aligned| {
+        let Some(preview) = surroundings.preview else { return };
+        // Who is asked to stop, and what fails at first sight, is found out by the answer itself.
+        if let Ok(answer) = matching.answer(Some(&aligned), stages.within(Stage::Alignment)) {
+            preview(MatchResult { preview: true, ..answer });
+        }
+    };
     let aligned = match settings.alignment {
         Alignment::View { .. } if laid.is_some() => laid,
         Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
-            aligned(sketch, &figure, &landmarks, settings.part, &settings.up, surroundings, watch)
+            let Chosen { figure, landmarks, .. } = &matching.chosen;
+            aligned(sketch, figure, landmarks, settings, surroundings, &first, watch)
         })?),
         Alignment::None {} => None,
     };
-    let aligned = aligned.as_ref();
+    matching.answer(aligned.as_ref(), stages)
+}
 
-    let regions = stages.run(Stage::Regions, |watch| {
-        let [flat, solid] = [(sketch.mesh(), phi), (&figure.mesh, psi)];
-        let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
-        regions::Correspondence::find(settings, flat, solid, (mesh, &figure), aligned, &scaled, watch)
-    })?;
-    let problem = stages.run(Stage::Descriptors, |watch| {
-        let points = aligned.zip(weight(&settings.alignment));
-        let points = points.map(|(aligned, weight)| AlignedPoints { map: &aligned.alignment.map, weight });
-        problem(&settings.descriptors, [phi, psi], &scaled, &regions, &landmarks, points, watch)
-            .map_err(MatchError::from)
-    })?;
-    let (start, w, solution) = stages.run(Stage::Map, |watch| {
-        let start = least_squares(&problem)?;
-        let w = weights(&settings.weights, start.as_ref(), &phi.eigenvalues, &scaled);
-        let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
-        Ok::<_, MatchError>((start, w, solution))
-    })?;
-    let mut points = stages.run(Stage::Points, |watch| {
-        let sizes = upsampled(settings);
-        let longer = (sizes != (k, l)).then(|| at_unit_area(&full, sizes.into()));
-        points(settings, sketch, longer.as_ref().unwrap_or(&bases), aligned, solution.c, watch)
-    })?;
-    // What the user knows is not traded for anything.
-    landmarks.iter().for_each(|&[x, y]| points.map[x] = y as u32);
-    // But where most of it contradicts a landmark, its answer is not to be relied on.
-    let at_odds = aligned.map_or(&[][..], |aligned| &aligned.alignment.at_odds);
-    at_odds.iter().for_each(|&i| points.confidence[landmarks[i][0]] = 0.0);
+/// A sketch and a figure whose spectra are known.
+struct Matching<'a> {
+    sketch: &'a Sketch,
+    mesh: &'a FileMesh,
+    settings: &'a Settings,
+    chosen: Chosen,
+    /// As long as refinement needs them, in the units of the files.
+    full: [Arc<Spectrum>; 2],
+    /// At area 1, of the lengths of C.
+    bases: [Spectrum; 2],
+    /// The factor on the mesh's eigenvalues that descriptors are made with.
+    scale: f64,
+}
 
-    let confidence: f64 = phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum();
-    let calibrated = aligned.is_some() && settings.conversion == (Conversion::Alignment {});
-    Ok(MatchResult {
-        id: None,
-        version: Some(env!("CARGO_PKG_VERSION").to_owned()),
-        sketch: settings.sketch.clone(),
-        mesh: settings.mesh.clone(),
-        request: Settings { components: of_several.then(|| figure.components.clone()), ..settings.clone() },
-        c: Matrix::from(points.c.as_ref()),
-        correspondences: correspondences(sketch, &figure, &points),
-        confidence,
-        rating: calibrated.then(|| Rating::of(confidence)),
-        alignment: aligned.map(|aligned| aligned.report(&figure)),
-        alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(&figure)),
-        solver: Solver::new(settings.regulariser.name(), solution.report),
-        intermediate: Intermediate {
-            sketch_eigenvalues: phi.eigenvalues.clone(),
-            mesh_eigenvalues: psi.eigenvalues.clone(),
-            spectral_scale: scale,
-            regions: regions.reported(&figure),
-            initial_c: Matrix::from(start.as_ref()),
-            weights: Matrix::from(w.as_ref()),
-        },
-        warnings: warnings(settings, &figure, &regions, aligned),
-        timings_ms: stages.finish(),
-    })
+impl<'a> Matching<'a> {
+    fn new(
+        sketch: &'a Sketch,
+        mesh: &'a FileMesh,
+        settings: &'a Settings,
+        chosen: Chosen,
+        full: [Arc<Spectrum>; 2],
+    ) -> Matching<'a> {
+        let bases = at_unit_area(&full, [settings.basis.k, settings.basis.k_mesh]);
+        let [phi, psi] = &bases;
+        let areas = [sketch.mesh().area(), chosen.figure.mesh.area()];
+        let scale = spectral_scale(settings.descriptors.spectral_scale, &phi.eigenvalues, &psi.eigenvalues, areas);
+        Matching { sketch, mesh, settings, chosen, full, bases, scale }
+    }
+
+    /// The stages after the alignment, where there is one.
+    fn answer(&self, aligned: Option<&Aligned>, stages: Stages<'_>) -> Result<MatchResult, MatchError> {
+        let Matching { sketch, mesh, settings, chosen, full, bases, scale } = self;
+        let Chosen { figure, landmarks, of_several, .. } = chosen;
+        let [phi, psi] = bases;
+        let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| scale * l).collect();
+        let regions = stages.run(Stage::Regions, |watch| {
+            let [flat, solid] = [(sketch.mesh(), phi), (&figure.mesh, psi)];
+            let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
+            regions::Correspondence::find(settings, flat, solid, (mesh, figure), aligned, &scaled, watch)
+        })?;
+        let problem = stages.run(Stage::Descriptors, |watch| {
+            let points = aligned.zip(weight(&settings.alignment));
+            let points = points.map(|(aligned, weight)| AlignedPoints { map: &aligned.alignment.map, weight });
+            problem(&settings.descriptors, [phi, psi], &scaled, &regions, landmarks, points, watch)
+                .map_err(MatchError::from)
+        })?;
+        let (start, w, solution) = stages.run(Stage::Map, |watch| {
+            let start = least_squares(&problem)?;
+            let w = weights(&settings.weights, start.as_ref(), &phi.eigenvalues, &scaled);
+            let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
+            Ok::<_, MatchError>((start, w, solution))
+        })?;
+        let mut points = stages.run(Stage::Points, |watch| {
+            let sizes = upsampled(settings);
+            let longer = (sizes != (settings.basis.k, settings.basis.k_mesh)).then(|| at_unit_area(full, sizes.into()));
+            points(settings, sketch, longer.as_ref().unwrap_or(bases), aligned, solution.c, watch)
+        })?;
+        // What the user knows is not traded for anything.
+        landmarks.iter().for_each(|&[x, y]| (points.map[x], points.places[x]) = (y as u32, None));
+        // But where most of it contradicts a landmark, its answer is not to be relied on.
+        let at_odds = aligned.map_or(&[][..], |aligned| &aligned.alignment.at_odds);
+        at_odds.iter().for_each(|&i| points.confidence[landmarks[i][0]] = 0.0);
+
+        let confidence: f64 = phi.mass.iter().zip(&points.confidence).map(|(mass, confidence)| mass * confidence).sum();
+        let calibrated = aligned.is_some() && settings.conversion == (Conversion::Alignment {});
+        let components = of_several.then(|| figure.components.clone());
+        Ok(MatchResult {
+            id: None,
+            version: Some(env!("CARGO_PKG_VERSION").to_owned()),
+            preview: false,
+            sketch: settings.sketch.clone(),
+            mesh: settings.mesh.clone(),
+            request: Settings { components, ..(*settings).clone() },
+            c: Matrix::from(points.c.as_ref()),
+            correspondences: correspondences(sketch, figure, &points),
+            confidence,
+            rating: calibrated.then(|| Rating::of(confidence)),
+            alignment: aligned.map(|aligned| aligned.report(figure)),
+            alternatives: aligned.map_or_else(Vec::new, |aligned| aligned.alternatives(figure)),
+            solver: Solver::new(settings.regulariser.name(), solution.report),
+            intermediate: Intermediate {
+                sketch_eigenvalues: phi.eigenvalues.clone(),
+                mesh_eigenvalues: psi.eigenvalues.clone(),
+                spectral_scale: *scale,
+                regions: regions.reported(figure),
+                initial_c: Matrix::from(start.as_ref()),
+                weights: Matrix::from(w.as_ref()),
+            },
+            warnings: warnings(settings, figure, &regions, aligned),
+            timings_ms: stages.finish(),
+        })
+    }
 }
 
 /// What the aligned points weigh in the data term, where they are in it.
@@ -154,6 +195,8 @@ fn at_unit_area([sketch, mesh]: &[Arc<Spectrum>; 2], [k, l]: [usize; 2]) -> [Spe
 struct Points {
     c: Mat<f64>,
     map: Vec<u32>,
+    /// Where each lies between the vertices, where that is known.
+    places: Vec<Option<Place>>,
     confidence: Vec<f64>,
 }
 
@@ -174,7 +217,8 @@ fn points(
         Refinement::Zoomout { .. } => zoomout::refined(c, basis, mass, target, watch)?,
     };
     if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, aligned) {
-        return Ok(Points { c, map: alignment.map.clone(), confidence: alignment.confidence.clone() });
+        let (places, confidence) = (alignment.places.clone(), alignment.confidence.clone());
+        return Ok(Points { c, map: alignment.map.clone(), places, confidence });
     }
     // Only vertices of the part that is seen can be answers.
     let seen = aligned.map(|aligned| aligned.visible.as_slice()).filter(|seen| seen.len() < target.nrows());
@@ -189,17 +233,29 @@ fn points(
     let map: Vec<u32> = found.into_iter().map(|i| seen.map_or(i, |seen| seen[i as usize])).collect();
     let flat = sketch.mesh();
     let confidence = confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
-    Ok(Points { c, map, confidence })
+    Ok(Points { c, places: vec![None; map.len()], map, confidence })
 }
 
 fn correspondences(sketch: &Sketch, figure: &Figure, points: &Points) -> Vec<Correspondence> {
-    let answers = points.map.iter().zip(&points.confidence).enumerate();
-    answers
-        .map(|(x, (&y, &confidence))| Correspondence {
-            sketch_vertex: x as u32,
-            point: sketch.point(x),
-            mesh_vertex: figure.vertices[y as usize],
-            confidence,
+    let mut corner_of = vec![[0; 3]; figure.vertices.len()];
+    figure
+        .mesh
+        .triangles()
+        .iter()
+        .for_each(|triangle| triangle.iter().for_each(|&v| corner_of[v as usize] = *triangle));
+    let of_file = |v: u32| figure.vertices[v as usize];
+    (0..points.map.len())
+        .map(|x| {
+            let y = points.map[x];
+            let place = points.places[x].unwrap_or_else(|| Place::corner(y, corner_of[y as usize]));
+            Correspondence {
+                sketch_vertex: x as u32,
+                point: sketch.point(x),
+                mesh_vertex: of_file(y),
+                triangle: Some(place.triangle.map(of_file)),
+                barycentric: Some(place.weights),
+                confidence: points.confidence[x],
+            }
         })
         .collect()
 }

@@ -60,6 +60,8 @@ pub(super) struct Stages<'a> {
     milliseconds: RefCell<BTreeMap<String, f64>>,
     /// The largest fraction reported, as bits: of numbers that are not negative, the larger has the larger bits.
     reached: AtomicU64,
+    /// Of an answer on the way: the stage that it is a part of.
+    within: Option<Stage>,
 }
 
 impl<'a> Stages<'a> {
@@ -69,6 +71,18 @@ impl<'a> Stages<'a> {
             begun: (surroundings.clock)(),
             milliseconds: RefCell::default(),
             reached: AtomicU64::new(0),
+            within: None,
+        }
+    }
+
+    /// The stages of an answer on the way, for which the progress of `stage` stands still.
+    pub fn within(&self, stage: Stage) -> Stages<'a> {
+        Stages {
+            surroundings: self.surroundings,
+            begun: self.begun,
+            milliseconds: self.milliseconds.clone(),
+            reached: AtomicU64::new(self.reached.load(Ordering::Relaxed)),
+            within: Some(stage),
         }
     }
 
@@ -78,7 +92,12 @@ impl<'a> Stages<'a> {
         stage: Stage,
         work: impl FnOnce(&dyn Watch) -> Result<T, E>,
     ) -> Result<T, E> {
-        let watch = StageWatch { watcher: self.surroundings.watcher, stage, reached: &self.reached };
+        let watch = StageWatch {
+            watcher: self.surroundings.watcher,
+            stage: self.within.unwrap_or(stage),
+            standing: self.within.is_some(),
+            reached: &self.reached,
+        };
         watch.proceed(0.0)?;
         let begun = (self.surroundings.clock)();
         let result = work(&watch)?;
@@ -99,13 +118,15 @@ impl<'a> Stages<'a> {
 struct StageWatch<'a> {
     watcher: &'a dyn Watcher,
     stage: Stage,
+    /// Whether its progress stands still.
+    standing: bool,
     reached: &'a AtomicU64,
 }
 
 impl Watch for StageWatch<'_> {
     fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
         let [begin, end] = self.stage.span();
-        let fraction = begin + (end - begin) * fraction.clamp(0.0, 1.0);
+        let fraction = if self.standing { begin } else { begin + (end - begin) * fraction.clamp(0.0, 1.0) };
         // A stage of several parts counts each from 0; what was reached stays.
         let reached = self.reached.fetch_max(fraction.to_bits(), Ordering::Relaxed);
         self.watcher.proceed(self.stage, fraction.max(f64::from_bits(reached)))

@@ -84,15 +84,33 @@ impl<'a> Visible<'a> {
 
     /// The vertex of the mesh in front of a point of the picture; outside of the silhouette, of the nearest point.
     pub fn vertex(&self, point: [f64; 2]) -> u32 {
-        let pixel = self.pixel([point[0], point[1], 0.0]);
         // A picture that shows no triangle has no vertex in front.
-        let Some(t) = self.nearest(pixel.map(|c| c.round().clamp(0.0, SIDE as f64 - 1.0) as usize)) else { return 0 };
-        let triangle = self.triangles[t as usize];
+        let Some(triangle) = self.triangle(point) else { return 0 };
         let squared = |v: &u32| {
             let p = self.points[*v as usize];
             (p[0] - point[0]).powi(2) + (p[1] - point[1]).powi(2)
         };
         triangle.into_iter().min_by(|a, b| squared(a).total_cmp(&squared(b))).unwrap_or(triangle[0])
+    }
+
+    /// The place on the surface in front of a point of the picture: the triangle's vertices and their weights, which sum to
+    /// 1. Outside of the silhouette it is at its rim; nothing where no triangle is shown.
+    pub fn place(&self, point: [f64; 2]) -> Option<([u32; 3], [f64; 3])> {
+        let triangle = self.triangle(point)?;
+        let corners = triangle.map(|v| self.points[v as usize]);
+        let doubled = doubled_area(corners.map(|[x, y, _]| [x, y]));
+        let plane = Plane::through(corners, doubled)?;
+        let [first, second] = [plane.first, plane.second].map(|f| f[0] * point[0] + f[1] * point[1] + f[2]);
+        let inside = [first, second, 1.0 - first - second].map(|weight| weight.max(0.0));
+        let total: f64 = inside.iter().sum();
+        Some((triangle, inside.map(|weight| weight / total)))
+    }
+
+    /// The vertices of the triangle in front of a point, of the one shown nearest to it outside of the silhouette.
+    fn triangle(&self, point: [f64; 2]) -> Option<[u32; 3]> {
+        let pixel = self.pixel([point[0], point[1], 0.0]);
+        let t = self.nearest(pixel.map(|c| c.round().clamp(0.0, SIDE as f64 - 1.0) as usize))?;
+        Some(self.triangles[t as usize])
     }
 
     /// The triangle shown nearest to a pixel, looked for on squares of growing size around it.
@@ -184,6 +202,28 @@ mod tests {
                 assert!(!front || dot(position, seen) > 0.0);
             }
         }
+    }
+
+    #[test]
+    fn a_place_between_vertices_is_in_front_of_its_point() {
+        let mesh = sphere(12, 24);
+        let frame = Frame::looking_from([1.0, -2.0, 0.5]);
+        let visible = Visible::new(mesh.positions(), mesh.triangles(), true, &frame);
+        for step in 0..200 {
+            let (radius, angle) = (0.25 * f64::from(step) / 200.0, 2.4 * f64::from(step));
+            let point = [radius * angle.cos(), radius * angle.sin()];
+            let (triangle, weights) = visible.place(point).unwrap();
+            assert!(
+                (weights.iter().sum::<f64>() - 1.0).abs() < 1e-12 && weights.iter().all(|w| (0.0..=1.0).contains(w))
+            );
+            let corners = triangle.map(|v| mesh.positions()[v as usize]);
+            let place = [0, 1, 2].map(|axis| (0..3).map(|i| weights[i] * corners[i][axis]).sum::<f64>());
+            let seen = frame.project(place);
+            // The sphere has area 1, so a radius of 0.28; a pixel is a thousandth wide.
+            assert!((seen[0] - point[0]).hypot(seen[1] - point[1]) < 2e-3 && frame.depth(place) > 0.0, "{point:?}");
+        }
+        let (_, weights) = visible.place([3.0, 0.0]).unwrap();
+        assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)));
     }
 
     #[test]

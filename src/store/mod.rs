@@ -20,6 +20,7 @@ mod notices;
 mod page;
 mod place;
 mod preparations;
+mod previews;
 mod queue;
 mod retention;
 mod sealed;

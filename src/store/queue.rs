@@ -18,7 +18,7 @@ pub const LEASE: Duration = Duration::from_secs(30);
 /// fail the jobs it happened to run, seldom enough that a job that kills its process does not do so for ever.
 pub const MAX_TRIES: i64 = 8;
 
-const LEASE_MS: i64 = LEASE.as_millis() as i64;
+pub(super) const LEASE_MS: i64 = LEASE.as_millis() as i64;
 
 /// How long a job rests after its first try; every further try doubles it, up to [`LONGEST_REST`].
 const FIRST_REST: Duration = Duration::from_secs(1);
@@ -147,8 +147,17 @@ impl Store {
             self.changes.tell_of_job(id, Some(State::Running));
             return Ok(Heartbeat::Held);
         }
-        let ended =
-            self.of(&lease.job.tenant).job(id).await?.filter(|job| job.attempt == *attempt).map(|job| job.state);
+        self.ended(lease).await
+    }
+
+    /// Why an attempt no longer holds its job.
+    pub(super) async fn ended(&self, lease: &Lease) -> Result<Heartbeat, StoreError> {
+        let ended = self
+            .of(&lease.job.tenant)
+            .job(&lease.job.id)
+            .await?
+            .filter(|job| job.attempt == lease.job.attempt)
+            .map(|job| job.state);
         Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
@@ -314,15 +323,19 @@ impl Store {
         Ok(reaped)
     }
 
-    /// Carries out a change of one job to `state`, tells those who wait, and returns whether there was one.
+    /// Carries out a change of one job to `state`, which ends its preview, tells those who wait, and returns whether there was
+    /// one.
     async fn changed(
         &self,
         id: &str,
         state: State,
         query: sqlx::query::Query<'_, sqlx::Any, sqlx::any::AnyArguments>,
     ) -> Result<bool, StoreError> {
-        let changed = query.execute(&self.pool).await?.rows_affected() > 0;
+        let mut transaction = self.pool.begin().await?;
+        let changed = query.execute(&mut *transaction).await?.rows_affected() > 0;
         if changed {
+            sqlx::query("DELETE FROM previews WHERE job = $1").bind(id).execute(&mut *transaction).await?;
+            transaction.commit().await?;
             self.changes.tell_of_job(id, Some(state));
             self.changes.tell_of_queue();
         }

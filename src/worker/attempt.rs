@@ -50,6 +50,9 @@ async fn carry_out(workshop: &Arc<Workshop>, lease: &Lease) -> Ended {
                 };
             }
             () = changes.cancelled(), if taken_away.is_none() => taken_away = Some(Ended::Cancelled),
+            preview = progress.previewed(), if taken_away.is_none() => {
+                taken_away = report::previewed(workshop.store(), lease, &progress, preview).await;
+            }
             _ = timer.tick(), if taken_away.is_none() => {
                 taken_away = if begun.elapsed() < workshop.longest_job {
                     report::beaten(workshop.store(), lease, &progress).await

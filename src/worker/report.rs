@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use bytes::Bytes;
 use tokio::time::{Instant, sleep};
 
 use super::measures::Ended;
@@ -20,7 +21,17 @@ const LONGEST_REST: Duration = Duration::from_secs(8);
 /// Reports progress; how the attempt ended for us if the job is ours no more.
 pub(super) async fn beaten(store: &Store, lease: &Lease, progress: &Progress) -> Option<Ended> {
     let (stage, fraction) = progress.at();
-    match store.heartbeat(lease, stage, fraction).await {
+    ended_by(store.heartbeat(lease, stage, fraction).await)
+}
+
+/// Keeps what the outcome looks like at first sight; how the attempt ended for us if the job is ours no more.
+pub(super) async fn previewed(store: &Store, lease: &Lease, progress: &Progress, preview: Bytes) -> Option<Ended> {
+    let (_, fraction) = progress.at();
+    ended_by(store.preview(lease, &preview, fraction).await)
+}
+
+fn ended_by(heartbeat: Result<Heartbeat, StoreError>) -> Option<Ended> {
+    match heartbeat {
         Ok(Heartbeat::Held) => None,
         Ok(Heartbeat::Cancelled) => Some(Ended::Cancelled),
         Ok(Heartbeat::Lost) => Some(Ended::Lost),

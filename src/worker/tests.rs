@@ -135,6 +135,31 @@ async fn a_panic_fails_the_job_and_spares_the_thread() {
 }
 
 #[tokio::test]
+async fn a_preview_is_there_while_its_job_runs() {
+    let (go_on, told) = mpsc::channel::<()>();
+    let told = Mutex::new(told);
+    let body = move |_: &Lease, progress: &Progress| {
+        progress.preview(Bytes::from_static(b"at first sight"));
+        told.lock().unwrap().recv().unwrap();
+        Ok(Bytes::from_static(b"looked at"))
+    };
+    // No beat comes between.
+    let running = Running::beating(Some(Duration::from_secs(3600)), one_thread(), body).await;
+    let id = running.submit(json!(1)).await;
+    let mut changes = running.store.job_changes(&id);
+    while running.store.previewed(&id).await.unwrap().is_none() {
+        changes.changed().await;
+    }
+    assert_eq!(running.store.previewed(&id).await.unwrap().as_deref(), Some(&b"at first sight"[..]));
+    assert_eq!(running.store.job(&id).await.unwrap().unwrap().stage.as_deref(), Some("preview"));
+    go_on.send(()).unwrap();
+    running.reaches(&id, State::Succeeded).await;
+    assert_eq!(running.store.previewed(&id).await.unwrap(), None);
+    assert_eq!(running.store.result(&id).await.unwrap().as_deref(), Some(&b"looked at"[..]));
+    running.stop().await;
+}
+
+#[tokio::test]
 async fn a_refusal_is_final_and_a_mishap_is_tried_again() {
     let running = Running::with(one_thread(), as_told).await;
     let (refused, mishap) = (running.submit(json!("fail")).await, running.submit(json!("try again")).await);

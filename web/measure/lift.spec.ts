@@ -72,8 +72,14 @@ const DRAWINGS = [
   { name: "cat, bent", mesh: "Cat", creature: "quadruped", bent: 60 },
 ];
 
+/** What is waited for between the pen lifted and the first colours, in this order; the last is the picture drawn. */
+const STEPS = ["sent", "read", "queued", "matched", "fetched", "coloured"] as const;
+
+/** Of one stroke: when each step was over, and when the answer itself was seen, in ms after the pen's leaving. */
+type Times = Record<(typeof STEPS)[number] | "answered", number>;
+
 test("from lifting the pen to the colours", async ({ page }) => {
-  const rows: [string, number[]][] = [];
+  const rows: [string, Times[]][] = [];
   for (const { name, mesh, creature, bent } of DRAWINGS) {
     await open(page);
     await page
@@ -87,41 +93,65 @@ test("from lifting the pen to the colours", async ({ page }) => {
     const closed = await outline(page, creature);
     const shape = [...closed, closed[0] as Point].map(([x, y]): Point => [x, y + bent * Math.sin(x / 160)]);
     const strokes = [shape.filter((_, i) => i % 4 === 0 || i === shape.length - 1), ...(DETAILS[creature] ?? [])];
-    const times: number[] = [];
+    const times: Times[] = [];
     // Twenty in all: seven of the first two drawings and six of the last.
     for (const stroke of strokes.slice(0, bent ? 6 : 7)) times.push(await lifted(page, stroke));
     rows.push([name, times]);
   }
   const all = rows.flatMap(([, times]) => times);
-  console.log("\n| drawing | strokes | median, ms | slowest, ms |\n|---|---|---|---|");
-  for (const [name, times] of [...rows, ["all", all] as const]) {
-    console.log(`| ${name} | ${times.length} | ${median(times)} | ${Math.round(Math.max(...times))} |`);
+  const table = [...rows, ["all", all] as const];
+  console.log("\n| drawing | strokes | first colours: median, ms | slowest, ms | answer: median, ms | slowest, ms |");
+  console.log("|---|---|---|---|---|---|");
+  for (const [name, times] of table) {
+    const [first, answer] = [times.map(({ coloured }) => coloured), times.map(({ answered }) => answered)];
+    console.log(
+      `| ${name} | ${times.length} | ${median(first)} | ${most(first)} | ${median(answer)} | ${most(answer)} |`,
+    );
   }
+  console.log("\n| from the pen lifted until | median, ms | by itself, ms |\n|---|---|---|");
+  STEPS.forEach((step, i) => {
+    const before = STEPS[i - 1];
+    const alone = all.map((times) => times[step] - (before ? times[before] : 0));
+    console.log(`| ${step} | ${median(all.map((times) => times[step]))} | ${median(alone)} |`);
+  });
 });
 
-/** Draws a stroke; the time from the pen's leaving to the first picture with the new colours, in ms. */
-async function lifted(page: Page, stroke: Point[]): Promise<number> {
+/** Draws a stroke; when each step was over. */
+async function lifted(page: Page, stroke: Point[]): Promise<Times> {
   await page.evaluate(() => {
-    const started = new Promise<number>((resolve) => {
-      addEventListener("pointerup", (event) => resolve(event.timeStamp), { once: true, capture: true });
+    performance.clearMarks();
+    performance.clearResourceTimings();
+    addEventListener("pointerup", ({ timeStamp }) => performance.mark("lifted", { startTime: timeStamp }), {
+      once: true,
+      capture: true,
     });
-    const coloured = new Promise<number>((resolve) => {
-      new PerformanceObserver((list, observer) => {
-        const [mark] = list.getEntriesByName("coloured");
-        if (!mark) return;
-        observer.disconnect();
-        resolve(mark.startTime);
-      }).observe({ type: "mark" });
-    });
-    Object.assign(window, { lift: Promise.all([started, coloured]).then(([from, to]) => to - from) });
   });
   await draw(page, stroke);
-  const time = await page.evaluate(() => (window as unknown as { lift: Promise<number> }).lift);
   await matched(page);
-  return time;
+  const coloured = () => page.evaluate(() => performance.getEntriesByName("coloured").length);
+  await expect.poll(coloured).toBeGreaterThan(0);
+  return page.evaluate(() => {
+    const start = performance.getEntriesByName("lifted")[0]?.startTime ?? 0;
+    const calls = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
+    const call = (pattern: RegExp) => calls.find(({ name }) => pattern.test(name));
+    const [sketch, match, result] = [call(/sketches\?/), call(/matches$/), call(/result/)];
+    const colours = performance.getEntriesByName("coloured").map(({ startTime }) => startTime - start);
+    const after = (time: number | undefined) => (time ?? start) - start;
+    return {
+      sent: after(sketch?.startTime),
+      read: after(sketch?.responseEnd),
+      queued: after(match?.responseEnd),
+      matched: after(result?.startTime),
+      fetched: after(result?.responseEnd),
+      coloured: colours[0] ?? 0,
+      answered: colours.at(-1) ?? 0,
+    };
+  });
 }
 
 function median(numbers: number[]): number {
   const sorted = numbers.toSorted((a, b) => a - b);
   return Math.round(sorted[sorted.length >> 1] ?? 0);
 }
+
+const most = (numbers: number[]) => Math.round(Math.max(...numbers));

@@ -96,6 +96,43 @@ test("a drawing begun anew cancels the match that runs", async ({ page }) => {
   await expect.poll(matches).toBe(before + 1);
 });
 
+test("what a match looks like at first sight is shown as such until the answer is there", async ({ page }) => {
+  await open(page);
+  const ended = page.waitForResponse((answer) => answer.url().endsWith("/result"));
+  await page.getByRole("button", { name: "Draw it for me" }).click();
+  const result = await (await ended).json();
+  await matched(page);
+  // The next match tells of its first sight, and its answer is held back until that was looked at.
+  await page.route("**/events", async (route) => {
+    const match = await (await page.request.get(route.request().url().replace("/events", ""))).json();
+    const told = { ...match, status: "running", progress: { stage: "preview", fraction: 0.3 } };
+    await route.fulfill({ contentType: "text/event-stream", body: `event: status\ndata: ${JSON.stringify(told)}\n\n` });
+  });
+  await page.route("**/result?preview=true", (route) =>
+    route.fulfill({ json: { ...result, preview: true, alternatives: [] } }),
+  );
+  let release = () => {};
+  const looked = new Promise<void>((resolve) => {
+    release = resolve;
+  });
+  await page.route("**/result", async (route) => {
+    await looked;
+    await route.continue();
+  });
+  await page.getByRole("button", { name: "Set a landmark" }).click();
+  await page.mouse.click(...(await onSheet(page, [400, 480])));
+  await page.mouse.move(...(await onSheet(page, [400, 480])));
+  const mark = await page.locator(".mesh-marks .twin").boundingBox();
+  if (!mark) throw new Error("no mark");
+  await page.mouse.click(mark.x + mark.width / 2, mark.y + mark.height / 2);
+  await expect(page.locator(".rating")).toHaveText("First sight");
+  await expect(page.getByRole("button", { name: "Best answer" })).toBeDisabled();
+  release();
+  await matched(page);
+  await expect(page.locator(".rating")).toHaveText(/Good|Fair/);
+  await expect(page.getByRole("button", { name: "Best answer" })).toBeEnabled();
+});
+
 test("an alternative is one click away", async ({ page }) => {
   await open(page);
   await page.getByRole("button", { name: "Draw it for me" }).click();

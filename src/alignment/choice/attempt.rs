@@ -2,6 +2,7 @@
 
 use super::explanation::{self, Turn};
 use super::terms::Terms;
+use crate::alignment::answer::Place;
 use crate::alignment::contour::view::View;
 use crate::alignment::contour::warping::warp;
 use crate::alignment::distances::distortion::{Distortion, distortion};
@@ -151,6 +152,14 @@ impl Attempt {
         Ok(attempts)
     }
 
+    /// The attempt with every landmark where it is known to be: what the user knows is not traded for anything, and whether
+    /// it fits shows in the distances.
+    pub fn holding(self, scene: &Scene<'_>, landmarks: &Landmarks) -> Attempt {
+        let mut map = self.map.clone();
+        landmarks.pairs.iter().for_each(|pair| map[pair.sketch as usize] = pair.mesh);
+        if map == self.map { self } else { self.answering(scene, landmarks, map) }
+    }
+
     /// The attempt with another map.
     pub fn answering(self, scene: &Scene<'_>, landmarks: &Landmarks, map: Vec<u32>) -> Attempt {
         let Attempt { view, kind, moves, positions, laying, .. } = self;
@@ -177,6 +186,17 @@ impl Attempt {
             laid(shape, view, &differences, &led, &[])?,
             laid(shape, view, &differences, &led, &pinned)?,
         ])
+    }
+
+    /// For every vertex of the sketch its place between the vertices of the mesh, where its answer is what is in front of
+    /// where it lies in the picture.
+    pub fn places(&self, mesh: &PreparedMesh) -> Vec<Option<Place>> {
+        let visible = Visible::new(&self.positions, &mesh.triangles, mesh.closed, &self.view.frame);
+        let place = |(&vertex, &at): (&u32, &[f64; 2])| {
+            let (triangle, weights) = visible.place(at).filter(|_| visible.vertex(at) == vertex)?;
+            Some(Place { triangle, weights })
+        };
+        self.map.iter().zip(&self.laying.positions).map(place).collect()
     }
 
     /// The same places on the other side of the body, as a map: the answer were the sketch drawn from behind.
@@ -220,6 +240,10 @@ fn terms(
         turned_about: scene.upright.map_or(0.0, |upright| {
             let ups = [upright.sketch, frame.project(upright.mesh)];
             explanation::turned_about([&scene.shape.contour.curve, &outline.curve], ups)
+        }),
+        askew: scene.upright.map_or(0.0, |upright| {
+            let samples = scene.mesh.distances.samples.iter().map(|&v| scene.mesh.positions[v as usize]);
+            explanation::askew(samples, scene.mesh.symmetry.normal, upright.mesh, toward)
         }),
     }
 }

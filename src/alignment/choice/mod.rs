@@ -6,13 +6,12 @@ pub mod reconciliation;
 pub mod terms;
 pub mod trust;
 
-use attempt::{Attempt, attempts};
+use attempt::Attempt;
 
 use crate::alignment::distances::by_distances;
 use crate::alignment::error::AlignmentError;
 use crate::alignment::scene::Scene;
 use crate::alignment::scene::landmarks::Landmarks;
-use crate::alignment::search::candidates::Candidate;
 use crate::numerics::side_by_side;
 
 /// Views that score at most so much more than the best, and at most so many, take the pose that follows from the warp of
@@ -22,13 +21,13 @@ const REFINED: (f64, usize) = (0.04, 3);
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
 
-/// The best attempt on the candidates, once those that are nearly as good have found their poses, and the others.
+/// The best of the attempts, at least one, best first, once those that are nearly as good have found their poses, and the
+/// others.
 pub fn best_view(
     scene: &Scene<'_>,
-    candidates: &[Candidate],
+    attempts: Vec<Attempt>,
     landmarks: &Landmarks,
 ) -> Result<(Attempt, Vec<Attempt>), AlignmentError> {
-    let attempts = attempts(scene, candidates, landmarks)?;
     let attempts = improved(attempts, FOLLOWED, |attempt| attempt.following(scene, landmarks))?;
     let mut attempts = improved(attempts, REFINED, |attempt| attempt.refined(scene, landmarks))?;
     // Every mesh has a view along the normal of its plane of symmetry, so that there is an attempt.

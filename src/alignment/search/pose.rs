@@ -8,7 +8,7 @@ use crate::alignment::prepared::PreparedMesh;
 use crate::alignment::scene::Scene;
 use crate::alignment::search::differences::differences;
 use crate::geometry::frame::Frame;
-use crate::numerics::Cancelled;
+use crate::numerics::{Cancelled, side_by_side};
 
 /// The largest swing and bend, in radians, and the largest change of a length, as a logarithm.
 const MOST: f64 = 1.75;
@@ -142,9 +142,9 @@ fn blended(a: [f64; 2], b: [f64; 2], weight: f32) -> [f64; 2] {
 pub fn refined(scene: &Scene<'_>, start: Pose) -> Result<Pose, Cancelled> {
     let frame = start.view.frame;
     let pairs = neighbours(scene.mesh, &frame);
-    let seen = |(moves, limbs): (Vec<Move>, Vec<usize>)| {
+    let seen = |(moves, limbs): &(Vec<Move>, Vec<usize>)| {
         scene.watch.proceed(0.0)?;
-        Ok::<_, Cancelled>(Tried { limbs, pose: Pose::seen(scene, frame, moves) })
+        Ok::<_, Cancelled>(Tried { limbs: limbs.clone(), pose: Pose::seen(scene, frame, moves.clone()) })
     };
     let mut best = Pose::seen(scene, frame, start.moves);
     // None of the poses tried was better than the best of now.
@@ -156,7 +156,7 @@ pub fn refined(scene: &Scene<'_>, start: Pose) -> Result<Pose, Cancelled> {
                 steps.iter().map(|steps| (moved(&best.moves, steps), steps.iter().map(|step| step.0).collect()));
             let possible = moved.filter(|(moves, _)| moves.iter().all(|step| step.is_possible()));
             let new: Vec<(Vec<Move>, Vec<usize>)> = possible.filter(|(moves, _)| known.insert(key(moves))).collect();
-            let tried = new.into_iter().map(seen).collect::<Result<Vec<Tried>, Cancelled>>()?;
+            let tried = side_by_side(&new, seen).into_iter().collect::<Result<Vec<Tried>, Cancelled>>()?;
             let mut better: Vec<Tried> =
                 tried.into_iter().filter(|tried| tried.pose.total() < best.total() - GAIN).collect();
             if better.is_empty() {
@@ -165,7 +165,7 @@ pub fn refined(scene: &Scene<'_>, start: Pose) -> Result<Pose, Cancelled> {
             better.sort_by(|a, b| a.pose.total().total_cmp(&b.pose.total()));
             let (moves, limbs) = together(&best, &better);
             let another = limbs.len() > better[0].limbs.len() && known.insert(key(&moves));
-            let together = if another { Some(seen((moves, limbs))?.pose) } else { None };
+            let together = if another { Some(seen(&(moves, limbs))?.pose) } else { None };
             let first = better.swap_remove(0).pose;
             best = match together {
                 Some(together) if together.total() < first.total() => together,

@@ -3,20 +3,15 @@
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, entries, gamma, step};
-use crate::functional_map::MapError;
-use crate::functional_map::parameter::{Declared, parameters, word};
-use crate::functional_map::problem::Problem;
+use super::{About, Formula, Found, Search, Term, entries, iterated, step};
+use crate::functional_map::parameter::{Declared, word};
 use crate::functional_map::ridge;
 use crate::numerics::conjugate_gradient::{self, Smooth};
-use crate::numerics::{Report, Stopped, Stopping, Watch};
 
-parameters! {
+iterated! {
     /// ρ(C) = ‖W ⊙ C‖²_F.
     pub struct L2 {
-        gamma: f64 = gamma(10.0),
-        max_iterations: usize = MAX_ITERATIONS,
-        tolerance: f64 = TOLERANCE,
+        gamma = 10.0;
         solver: L2Solver = SOLVER,
     }
 }
@@ -46,60 +41,39 @@ pub(super) static ABOUT: About = About {
 };
 
 impl Term for L2 {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn minimiser(
-        &self,
-        problem: &Problem,
-        weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
+    fn minimiser(&self, search: Search<'_>) -> Found {
         match self.solver {
-            L2Solver::Exact => self.exactly(problem, weights, &start, watch),
-            L2Solver::ConjugateGradient => self.by_conjugate_gradients(problem, weights, start, watch),
+            L2Solver::Exact => self.exactly(search),
+            L2Solver::ConjugateGradient => self.by_conjugate_gradients(search),
         }
     }
 }
 
 impl L2 {
     /// ‖C A − B‖²_F + γ ‖W ⊙ C‖²_F without the constant.
-    fn objective(&self, problem: &Problem, weights: &Mat<f64>, c: MatRef<'_, f64>) -> f64 {
-        problem.variable(c) + self.gamma * entries(weights, c).map(|(w, c)| (w * c).powi(2)).sum::<f64>()
+    fn objective(&self, search: &Search<'_>, c: MatRef<'_, f64>) -> f64 {
+        let term: f64 = entries(search.weights, c).map(|(w, c)| (w * c).powi(2)).sum();
+        search.problem.variable(c) + self.gamma * term
     }
 
-    fn exactly(
-        &self,
-        problem: &Problem,
-        weights: &Mat<f64>,
-        start: &Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
-        let c = ridge::minimiser(problem, self.gamma, weights.as_ref(), watch)?;
-        let history = [start, &c].map(|c| self.objective(problem, weights, c.as_ref())).to_vec();
-        Ok((c, Report { iterations: 0, history, stopped: Stopped::Converged }))
+    fn exactly(&self, search: Search<'_>) -> Found {
+        let c = ridge::minimiser(search.problem, self.gamma, search.weights.as_ref(), search.watch)?;
+        Ok(search.directly(c, |c| self.objective(&search, c)))
     }
 
     /// With the gradient of eq. 3.21: 2 C A Aᵀ − 2 B Aᵀ + 2 γ W ⊙ W ⊙ C.
-    fn by_conjugate_gradients(
-        &self,
-        problem: &Problem,
-        weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
-        let L2 { gamma, max_iterations, tolerance, .. } = *self;
-        let curvature = Mat::from_fn(weights.nrows(), weights.ncols(), |i, j| 2.0 * gamma * weights[(i, j)].powi(2));
+    fn by_conjugate_gradients(&self, search: Search<'_>) -> Found {
+        let Search { problem, weights, .. } = search;
+        let curvature =
+            Mat::from_fn(weights.nrows(), weights.ncols(), |i, j| 2.0 * self.gamma * weights[(i, j)].powi(2));
         let h = Smooth {
-            objective: |c: MatRef<'_, f64>| self.objective(problem, weights, c),
+            objective: |c: MatRef<'_, f64>| self.objective(&search, c),
             gradient: |c: MatRef<'_, f64>| {
                 let data = problem.gradient(c);
                 Mat::from_fn(c.nrows(), c.ncols(), |i, j| data[(i, j)] + curvature[(i, j)] * c[(i, j)])
             },
             step: step(problem.lipschitz()? + curvature.norm_max()),
         };
-        Ok(conjugate_gradient::minimise(&h, start, Stopping { max_iterations, tolerance }, watch)?)
+        Ok(conjugate_gradient::minimise(&h, search.start.clone(), self.stopping(), search.watch)?)
     }
 }

@@ -1,12 +1,9 @@
 //! ρ = 0: the data term alone, eq. 2.13.
 
-use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-use super::{About, Formula, Term};
-use crate::functional_map::MapError;
-use crate::functional_map::problem::{Problem, least_squares};
-use crate::numerics::{Report, Stopped, Watch};
+use super::{About, Formula, Found, Search, Term};
+use crate::functional_map::problem::least_squares;
 
 /// ρ = 0: least squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,19 +20,8 @@ pub(super) static ABOUT: About = About {
 };
 
 impl Term for LeastSquares {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    fn minimiser(
-        &self,
-        problem: &Problem,
-        _weights: &Mat<f64>,
-        start: Mat<f64>,
-        _watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
-        let c = least_squares(problem)?;
-        let history = vec![problem.variable(start.as_ref()), problem.variable(c.as_ref())];
-        Ok((c, Report { iterations: 0, history, stopped: Stopped::Converged }))
+    fn minimiser(&self, search: Search<'_>) -> Found {
+        let c = least_squares(search.problem)?;
+        Ok(search.directly(c, |c| search.problem.variable(c)))
     }
 }

@@ -8,6 +8,7 @@ mod l1;
 mod l2;
 mod least_squares;
 mod nuclear;
+mod search;
 
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
@@ -16,12 +17,10 @@ use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{AdditionalProperties, ObjectBuilder, OneOfBuilder, Schema, Type};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::MapError;
 use super::parameter::{Declared, Parameter, integer, number};
-use super::problem::Problem;
-use crate::numerics::{Report, Watch};
 
 pub use l2::L2Solver;
+pub(super) use search::{Found, Search};
 
 /// Makes what all regularisers are of their list: the variant, whose name in snake case is the `type` in a request, the
 /// file and the type in it.
@@ -40,9 +39,16 @@ macro_rules! regularisers {
         pub const ALL: &[&About] = &[$(&$file::ABOUT,)+];
 
         impl Regulariser {
-            fn term(&self) -> &dyn Term {
+            fn about(&self) -> &'static About {
                 match self {
-                    $(Regulariser::$variant(term) => term,)+
+                    $(Regulariser::$variant(_) => &$file::ABOUT,)+
+                }
+            }
+
+            /// As [`Term::minimiser`].
+            pub(super) fn minimiser(&self, search: Search<'_>) -> Found {
+                match self {
+                    $(Regulariser::$variant(term) => term.minimiser(search),)+
                 }
             }
         }
@@ -59,7 +65,7 @@ regularisers! {
 impl Regulariser {
     /// The `type` in a request.
     pub fn name(&self) -> &'static str {
-        self.term().about().r#type
+        self.about().r#type
     }
 
     /// What is wrong with the parameters: the name of each field at fault, and why.
@@ -67,35 +73,15 @@ impl Regulariser {
         let values = serde_json::to_value(self).unwrap_or_default();
         // What is not a number has no value in JSON.
         let value = |parameter: &Parameter| values.get(parameter.name).and_then(Value::as_f64).unwrap_or(f64::NAN);
-        let parameters = self.term().about().parameters.iter();
+        let parameters = self.about().parameters.iter();
         parameters.filter_map(|parameter| Some((parameter.name, parameter.fault(value(parameter))?))).collect()
-    }
-
-    /// As [`Term::minimiser`].
-    pub(super) fn minimiser(
-        &self,
-        problem: &Problem,
-        weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
-        self.term().minimiser(problem, weights, start, watch)
     }
 }
 
 /// A regularisation term γ ρ(C) with the values of its parameters.
 trait Term {
-    fn about(&self) -> &'static About;
-
-    /// The C (l × k) that minimises ‖C A − B‖²_F + γ ρ(C), reached from `start` = C⁰ (l × k) with `weights` = W (l × k),
-    /// and how. The objectives in the report are without the constant ‖B‖²_F.
-    fn minimiser(
-        &self,
-        problem: &Problem,
-        weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError>;
+    /// The C (l × k) that minimises ‖C A − B‖²_F + γ ρ(C), and how it was found.
+    fn minimiser(&self, search: Search<'_>) -> Found;
 }
 
 /// A regulariser in words, and what its parameters may be.
@@ -144,6 +130,30 @@ impl ToSchema for Regulariser {}
 const fn gamma(default: f64) -> Declared<f64> {
     number("weight γ of the regularisation against the data term", default, 0.0, 1e9)
 }
+
+/// A type of the parameters of a term whose minimiser iterates: γ with the default given, `max_iterations` and `tolerance`,
+/// which all of them have, and after these its own, each with what is declared of it.
+macro_rules! iterated {
+    ($(#[$about:meta])* pub struct $name:ident { gamma = $gamma:expr; $($field:ident: $type:ty = $declared:expr,)* }) => {
+        $crate::functional_map::parameter::parameters! {
+            $(#[$about])*
+            pub struct $name {
+                gamma: f64 = super::gamma($gamma),
+                max_iterations: usize = super::MAX_ITERATIONS,
+                tolerance: f64 = super::TOLERANCE,
+                $($field: $type = $declared,)*
+            }
+        }
+
+        impl $name {
+            fn stopping(&self) -> $crate::numerics::Stopping {
+                $crate::numerics::Stopping { max_iterations: self.max_iterations, tolerance: self.tolerance }
+            }
+        }
+    };
+}
+
+use iterated;
 
 const MAX_ITERATIONS: Declared<usize> = integer("iterations after which an iterative solver stops", 200, 1, 20_000);
 

@@ -1,21 +1,14 @@
 //! ρ(C) = ‖C‖_*, eq. 3.23.
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
-use super::{About, Formula, MAX_ITERATIONS, TOLERANCE, Term, gamma, step};
-use crate::functional_map::MapError;
-use crate::functional_map::parameter::parameters;
-use crate::functional_map::problem::Problem;
-use crate::numerics::proximal_gradient::{self, Composite};
+use super::{About, Formula, Found, Search, Term, iterated, step};
 use crate::numerics::proximal_operators::{nuclear_norm, singular_value_threshold};
-use crate::numerics::{Report, Stopping, Watch};
 
-parameters! {
+iterated! {
     /// ρ(C) = ‖C‖_*.
     pub struct Nuclear {
-        gamma: f64 = gamma(20.0),
-        max_iterations: usize = MAX_ITERATIONS,
-        tolerance: f64 = TOLERANCE,
+        gamma = 20.0;
     }
 }
 
@@ -29,30 +22,13 @@ pub(super) static ABOUT: About = About {
 };
 
 impl Term for Nuclear {
-    fn about(&self) -> &'static About {
-        &ABOUT
-    }
-
-    /// The fast gradient method, threshold λ γ.
-    fn minimiser(
-        &self,
-        problem: &Problem,
-        _weights: &Mat<f64>,
-        start: Mat<f64>,
-        watch: &dyn Watch,
-    ) -> Result<(Mat<f64>, Report), MapError> {
-        let Nuclear { gamma, max_iterations, tolerance } = *self;
-        let step = step(problem.lipschitz()?);
-        let h = Composite {
-            smooth: |c: MatRef<'_, f64>| problem.variable(c),
-            term: |c: MatRef<'_, f64>| Ok(gamma * nuclear_norm(c)?),
-            gradient: |c: MatRef<'_, f64>| problem.gradient(c),
-            proximal: |v: MatRef<'_, f64>| {
-                let (c, norm) = singular_value_threshold(v, step * gamma)?;
-                Ok((c, gamma * norm))
-            },
-            step,
+    /// Proximal gradients, threshold λ γ.
+    fn minimiser(&self, search: Search<'_>) -> Found {
+        let step = step(search.problem.lipschitz()?);
+        let proximal = |v: MatRef<'_, f64>| {
+            let (c, norm) = singular_value_threshold(v, step * self.gamma)?;
+            Ok((c, self.gamma * norm))
         };
-        proximal_gradient::minimise(&h, start, Stopping { max_iterations, tolerance }, watch)
+        search.by_proximal_gradients(|c| Ok(self.gamma * nuclear_norm(c)?), proximal, step, self.stopping())
     }
 }

@@ -16,7 +16,7 @@ use utoipa_axum::routes;
 use super::problem::Problem;
 use super::{
     Service, events, examples as creatures, geometry, health, links as signed, matches, meshes, pictures, portraits,
-    poses, regularisers, results, sketches, spectra,
+    pose_results, poses, regularisers, results, sketches, spectra,
 };
 
 #[derive(OpenApi)]
@@ -65,9 +65,9 @@ pub(super) fn routes() -> (Router<Service>, Value) {
         .routes(routes!(poses::create, poses::list))
         .routes(routes!(poses::read, poses::end))
         .routes(routes!(poses::cancel))
-        .routes(routes!(poses::result))
-        .routes(routes!(poses::picture))
-        .routes(routes!(poses::basis))
+        .routes(routes!(pose_results::read))
+        .routes(routes!(pose_results::picture))
+        .routes(routes!(pose_results::basis))
         .routes(routes!(events::of_pose))
         .routes(routes!(creatures::list))
         .routes(routes!(creatures::mesh))

@@ -13,6 +13,10 @@ export const cancel = (id: string) => json<Match>(`/v1/matches/${id}/cancel`, { 
 
 export const result = (id: string, signal: AbortSignal) => json<Result>(`/v1/matches/${id}/result`, { signal });
 
+/** The answer at first sight, while the match runs. */
+export const preview = (id: string, signal: AbortSignal) =>
+  json<Result>(`/v1/matches/${id}/result?preview=true`, { signal });
+
 export const picture = (id: string, alternative: number | null, width: number) =>
   `/v1/matches/${id}/picture?format=png&width=${width}${alternative === null ? "" : `&alternative=${alternative}`}`;
 

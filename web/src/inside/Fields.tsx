@@ -137,19 +137,29 @@ function Fields({ name, field, fields, value, used, set }: Props & { fields: Rec
       <legend>{worded(name)}</legend>
       {field.description && <p class="hint">{field.description}</p>}
       <div class="fields">
-        {Object.entries(fields).map(([key, inner]) => (
-          <FieldInput
-            key={key}
-            name={key}
-            field={inner}
-            value={member(value, key)}
-            used={member(used, key)}
-            set={(next) => set(withMember(value, key, next))}
-          />
-        ))}
+        <Members fields={fields} value={value} used={used} set={set} />
       </div>
     </fieldset>
   );
+}
+
+/** The fields of a group, each by itself. */
+function Members({
+  fields,
+  value,
+  used,
+  set,
+}: { fields: Record<string, Field> } & Pick<Props, "value" | "used"> & { set: (group: Group | undefined) => void }) {
+  return Object.entries(fields).map(([key, inner]) => (
+    <FieldInput
+      key={key}
+      name={key}
+      field={inner}
+      value={member(value, key)}
+      used={member(used, key)}
+      set={(next) => set(withMember(value, key, next))}
+    />
+  ));
 }
 
 /** A word that says which, and the fields that belong to it. */
@@ -176,16 +186,12 @@ function Variants({ name, field: { tag, variants, description }, value, used, se
             ))}
           </select>
         </label>
-        {Object.entries(fields).map(([key, inner]) => (
-          <FieldInput
-            key={key}
-            name={key}
-            field={inner}
-            value={member(value, key)}
-            used={(word ?? by) === by ? member(used, key) : undefined}
-            set={(next) => set(withMember({ [tag]: word ?? by, ...(value as Group) }, key, next))}
-          />
-        ))}
+        <Members
+          fields={fields}
+          value={value}
+          used={(word ?? by) === by ? used : undefined}
+          set={(next) => set(next && { [tag]: word ?? by, ...next })}
+        />
       </div>
     </fieldset>
   );

@@ -90,8 +90,15 @@ function Away({ words, until }: { words: string; until: number }) {
 function Rated() {
   const result = answer.value?.result;
   if (!result) return null;
-  const { rating, confidence } = result;
+  const { preview, rating, confidence } = result;
   const isPast = answer.value?.reading.of !== drawing.value;
+  if (preview)
+    return (
+      <div class={`rated ${isPast ? "past" : ""}`}>
+        <strong class="rating">First sight</strong>
+        <span>The best view of the mesh as it stands. Other poses of it are tried now.</span>
+      </div>
+    );
   return (
     <div class={`rated ${isPast ? "past" : ""}`}>
       {rating ? (

@@ -42,6 +42,7 @@ export const STAGES: Record<string, string> = {
   "": "Matching",
   spectrum: "Preparing the mesh",
   alignment: "Looking for the view",
+  preview: "Looking closer",
   regions: "Finding regions",
   descriptors: "Comparing both shapes",
   map: "Solving for the map",

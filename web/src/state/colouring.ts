@@ -78,6 +78,9 @@ function ofValues(values: Float64Array): Lab[] {
   return Array.from(values, (value) => signed(value / (largest || 1)));
 }
 
+/** How far the colours at first sight are faded. */
+const PROVISIONAL = 0.3;
+
 /** The colour of every vertex of the sketch by its place in the box, as far as it is believed. */
 const places = computed((): Lab[] => {
   if (!answer.value) return [];
@@ -88,7 +91,8 @@ const places = computed((): Lab[] => {
     // y is down on the sheet; the lightness is highest at the top.
     const upward = 1 - (points[2 * x + 1] - box.y) / (box.height || 1);
     const [along, beside] = box.width >= box.height ? [across, upward] : [upward, across];
-    return believed(place(palette.value, along, beside), confidence);
+    const colour = believed(place(palette.value, along, beside), confidence);
+    return result.preview ? mixed(colour, PLAIN, PROVISIONAL) : colour;
   });
 });
 

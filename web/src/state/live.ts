@@ -1,5 +1,5 @@
 /** The match that follows the drawing: after every change it is asked for anew, and what runs is cancelled. */
-import { batch, effect, signal, untracked } from "@preact/signals";
+import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import * as matches from "../api/matches";
 import * as shapes from "../api/shapes";
 import { Away, Refusal, words } from "../api/trouble";
@@ -25,6 +25,7 @@ export interface Answer {
   reading: Reading;
   mesh: Mesh;
   match: Match;
+  /** That at first sight, with `preview`, as long as the match runs. */
   result: Result;
 }
 
@@ -41,11 +42,15 @@ export type Stage =
 export const stage = signal<Stage>({ kind: "idle" });
 export const reading = signal<Reading | null>(null);
 export const answer = signal<Answer | null>(null);
+/** The answer once its match has ended: what can be asked of the server by its match. */
+export const finalAnswer = computed(() => (answer.value?.result.preview ? null : answer.value));
 /** The alternative that is shown instead of the answer, by its number. */
 export const chosen = signal<number | null>(null);
 
 /** How long a change of the settings may be followed by another before a match is asked for, in ms. */
 const PAUSE = 250;
+/** The stage of a match at which its answer at first sight is there. */
+const PREVIEW = "preview";
 /** Rests between tries while the server is away, in ms: doubled each time. */
 const REST = { first: 1000, longest: 15_000 };
 
@@ -117,9 +122,7 @@ async function run(asked: Asked, signal: AbortSignal, isRetry = false) {
       stage.value = { kind: "open", words: missing, faults: [], isTaken: true };
     } else if (asked.mesh) {
       // The triangles of the drawing are fetched while it is matched.
-      const [reading, ended] = await Promise.all([read, matched(document, asked.mesh, asked.wishes, signal)]);
-      signal.throwIfAborted();
-      show({ reading, mesh: asked.mesh, ...ended });
+      show(await matched(document, read, asked.mesh, asked.wishes, signal));
       stage.value = { kind: "done" };
       rest = REST.first;
     } else {
@@ -176,12 +179,14 @@ class Unread extends Error {
   }
 }
 
+/** The answer of a match, which is shown at first sight before. */
 async function matched(
   sketch: SketchDocument,
+  read: Promise<Reading>,
   mesh: Mesh,
   wishes: Wishes,
   signal: AbortSignal,
-): Promise<Pick<Answer, "match" | "result">> {
+): Promise<Answer> {
   stage.value = { kind: "matching", stage: "", fraction: 0 };
   // Not aborted with the rest: only what has been answered has an id to be cancelled by.
   const started = await matches.create({ ...wishes, mesh: mesh.document.id, sketch: sketch.id });
@@ -190,15 +195,31 @@ async function matched(
   if (signal.aborted) giveUp();
   signal.throwIfAborted();
   signal.addEventListener("abort", giveUp, { once: true });
-  const ended = await matches.follow(started, (match) => seen(match, signal), signal);
+  const glance = new AbortController();
+  let isGlimpsed = false;
+  const told = (match: Match) => {
+    if (signal.aborted) return;
+    seen(match);
+    if (match.progress.stage !== PREVIEW || isGlimpsed) return;
+    isGlimpsed = true;
+    // Where it cannot be had the answer itself is waited for.
+    glimpse(match, read, mesh, AbortSignal.any([signal, glance.signal])).catch(() => {});
+  };
+  const ended = await matches.follow(started, told, signal).finally(() => glance.abort());
   if (ended.status !== "succeeded") throw matches.failure(ended);
-  const result = await matches.result(ended.id, signal);
+  const [reading, result] = await Promise.all([read, matches.result(ended.id, signal)]);
+  signal.throwIfAborted();
   signal.removeEventListener("abort", giveUp);
-  return { match: ended, result };
+  return { reading, mesh, match: ended, result };
 }
 
-function seen(match: Match, signal: AbortSignal) {
-  if (signal.aborted) return;
+/** Shows the answer at first sight. */
+async function glimpse(match: Match, read: Promise<Reading>, mesh: Mesh, signal: AbortSignal) {
+  const [reading, result] = await Promise.all([read, matches.preview(match.id, signal)]);
+  if (!signal.aborted) show({ reading, mesh, match, result });
+}
+
+function seen(match: Match) {
   if (match.status === "queued") stage.value = { kind: "waiting", place: match.place_in_queue ?? 1 };
   if (match.status === "running") {
     stage.value = { kind: "matching", stage: match.progress.stage ?? "", fraction: match.progress.fraction };

@@ -16,6 +16,7 @@ export function followRest() {
       rested.value = null;
       return;
     }
+    if (now.result.preview) return;
     const sweep = sweeper(now.match);
     const timer = setTimeout(() => {
       rested.value = now;

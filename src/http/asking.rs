@@ -1,0 +1,125 @@
+//! How a job is asked for: once under its key, and waited for as long as the client prefers.
+
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::{FromRequest, FromRequestParts, Request};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use tokio::time::{Instant, timeout_at};
+use utoipa::IntoParams;
+
+use super::body::JsonBody;
+use super::idempotency::{Answer, IdempotencyKey, fingerprint};
+use super::preference::Wait;
+use super::problem::Problem;
+use super::query::Query;
+use super::resource::{LOOK_AGAIN, Resource, address, described};
+use super::{App, PREFERENCE_APPLIED, Service, shapes};
+use crate::store::{Job, MEMORY, NewJob, Unkept};
+
+/// What a job is asked for with beside its request.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct JobQuery {
+    /// A name to list it under.
+    #[param(max_length = 200)]
+    name: Option<String>,
+}
+
+/// A request for a job, as it came.
+pub struct Asked {
+    query: JobQuery,
+    key: IdempotencyKey,
+    wait: Wait,
+    body: JsonBody,
+}
+
+impl FromRequest<Service> for Asked {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, service: &Service) -> Result<Asked, Problem> {
+        let (mut parts, body) = request.into_parts();
+        let Query(query) = Query::from_request_parts(&mut parts, service).await?;
+        let key = IdempotencyKey::from_request_parts(&mut parts, service).await?;
+        let Ok(wait) = Wait::from_request_parts(&mut parts, service).await;
+        let body = JsonBody::from_request(Request::from_parts(parts, body), service).await?;
+        Ok(Asked { query, key, wait, body })
+    }
+}
+
+/// What is to be put into the queue: the request, unread, and the names of its job.
+pub struct Submission {
+    pub body: Arc<JsonBody>,
+    name: Option<String>,
+    dedupe: Option<String>,
+}
+
+/// The answer to a request for a job that `submitted` puts into the queue: carried out once under its key, and waited for
+/// as long as the client prefers.
+pub async fn answered<T: Resource, F>(
+    app: &App,
+    asked: Asked,
+    submitted: impl FnOnce(Submission) -> F,
+) -> Result<Response, Problem>
+where
+    F: Future<Output = Result<Answer, Problem>>,
+{
+    let Asked { query, key, wait, body } = asked;
+    let name = shapes::name(query.name, None)?;
+    let body = Arc::new(body);
+    let (printed, named, call) = (body.clone(), name.clone().unwrap_or_default(), format!("POST {}", T::PATH));
+    let print = app.off_runtime(move || fingerprint(&call, &[&printed.bytes, named.as_bytes()])).await?;
+    let submission = Submission { body, name, dedupe: key.dedupe(&print) };
+    let answer = key.once(&app.store, &print, submitted(submission)).await?;
+    let location = answer.location.clone().unwrap_or_default();
+    let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
+    let id = location.trim_start_matches(T::PATH).trim_start_matches('/');
+    let mut response = match finished(app, id, patience).await? {
+        Some(job) => Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response(),
+        None => accepted(answer),
+    };
+    let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
+    response.headers_mut().extend(applied.map(|applied| (PREFERENCE_APPLIED, applied)));
+    Ok(response)
+}
+
+/// 202 with the time to look again.
+fn accepted(answer: Answer) -> Response {
+    let mut response = answer.into_response();
+    response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(LOOK_AGAIN));
+    response
+}
+
+/// The job once it is finished; nothing where that takes longer than `patience` or the server stops.
+async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
+    let deadline = Instant::now() + patience;
+    let mut changes = app.store.job_changes(id);
+    loop {
+        let job = app.store.job(id).await?;
+        match job {
+            Some(job) if job.state.finished() => return Ok(Some(job)),
+            Some(_) => {}
+            None => return Ok(None),
+        }
+        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
+            return Ok(None);
+        }
+    }
+}
+
+/// Puts the job of a submission into the queue, with the sketch that was drawn within the request; 202 with what is told
+/// of it.
+pub async fn queued<T: Resource>(
+    app: &App,
+    submission: &Submission,
+    job: NewJob<'_>,
+    drawn: Option<Unkept>,
+) -> Result<Answer, Problem> {
+    let (name, dedupe) = (submission.name.as_deref(), submission.dedupe.as_deref());
+    let job = app.queued(&NewJob { name, dedupe, taken_for: MEMORY, ..job }, drawn).await?;
+    Answer::json(StatusCode::ACCEPTED, Some(address::<T>(&job.id)), &described::<T>(app, job).await?)
+}
