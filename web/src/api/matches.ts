@@ -1,7 +1,8 @@
 /** Calls about matches. */
 import { json, post } from "./call";
+import { key } from "./key";
 import { Refusal } from "./trouble";
-import type { Match, MatchRequest, Result } from "./types";
+import type { Match, MatchRequest, Result, SignedLinks } from "./types";
 
 /** How often a match is asked after where its events do not come, in ms. */
 const POLL = 1000;
@@ -34,11 +35,12 @@ export async function follow(started: Match, seen: (match: Match) => void, signa
 }
 
 /** The match when it is over or its events break off. */
-function byEvents(match: Match, seen: (match: Match) => void, signal: AbortSignal): Promise<Match> {
-  if (isOver(match)) return Promise.resolve(match);
+async function byEvents(match: Match, seen: (match: Match) => void, signal: AbortSignal): Promise<Match> {
+  if (isOver(match)) return match;
+  const address = await eventsOf(match, signal);
   return new Promise((resolve, reject) => {
     let latest = match;
-    const events = new EventSource(match.links.events);
+    const events = new EventSource(address);
     const end = (settle: () => void) => {
       events.close();
       settle();
@@ -51,6 +53,13 @@ function byEvents(match: Match, seen: (match: Match) => void, signal: AbortSigna
     events.addEventListener("error", () => end(() => resolve(latest)));
     signal.addEventListener("abort", () => end(() => reject(signal.reason)), { once: true });
   });
+}
+
+/** Where the events of a match are told: signed where there is a key, for an `EventSource` cannot send one. */
+async function eventsOf(match: Match, signal: AbortSignal): Promise<string> {
+  if (!key.value) return match.links.events;
+  const signed = await json<SignedLinks>(`${match.links.self}/links`, { signal });
+  return signed.links.events ?? match.links.events;
 }
 
 /** Why a match has no result, as a refusal. */
