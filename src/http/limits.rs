@@ -117,7 +117,10 @@ mod tests {
         let told = |headers: &HeaderMap| headers[LIMIT].to_str().unwrap().to_owned();
         assert_eq!(told(&pace.count(&one).ok().unwrap()), "\"requests\";r=1;t=1");
         let headers = pace.count(&one).ok().unwrap();
-        assert_eq!((told(&headers).as_str(), headers[POLICY].to_str().unwrap()), ("\"requests\";r=0;t=1", "\"requests\";q=2;w=1"));
+        assert_eq!(
+            (told(&headers).as_str(), headers[POLICY].to_str().unwrap()),
+            ("\"requests\";r=0;t=1", "\"requests\";q=2;w=1")
+        );
         let (problem, headers) = pace.count(&one).err().unwrap();
         let wait = problem.retry_after.unwrap();
         assert!(problem.status == 429 && (1..=1800).contains(&wait), "{problem:?}");

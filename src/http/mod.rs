@@ -37,6 +37,7 @@ mod regularisers;
 mod representation;
 mod resource;
 mod results;
+mod security_headers;
 mod shapes;
 mod sketches;
 mod spectra;
@@ -326,6 +327,7 @@ fn router(app: App, hosts: Hosts) -> Router {
         .layer(map_request(representation::admit_uncompressed))
         .layer(map_response(representation::tag_compressed))
         .layer(cors)
+        .layer(from_fn(security_headers::added))
         .layer(from_fn(only_paths_there_are))
         .layer(from_fn_with_state(Arc::new(hosts), host::checked))
         .layer(from_fn(observation::observed))
