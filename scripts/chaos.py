@@ -204,9 +204,11 @@ def submit(nodes, count, shapes):
             with lock: key = next(keys, None)
             if key is None: return
             mesh, sketch = shapes[key % len(shapes)]
-            request = {'mesh': mesh, 'sketch': sketch, 'preset': 'thesis', 'basis': {'k': 5}, 'weights': {'method': 'none'},
-                       'regulariser': {'type': 'l1', 'max_iterations': 3}, 'name': str(key)}
-            del request['name']
+            halves = lambda shape: [2 * i // shape['vertices'] for i in range(shape['vertices'])]
+            request = {'mesh': mesh['id'], 'sketch': sketch['id'], 'preset': 'thesis', 'basis': {'k': 5}, 'weights': {'method': 'none'},
+                       'descriptors': {'hks': {'count': 5}, 'wks': {'count': 5}},
+                       'regions': {'method': 'given', 'sketch': halves(sketch), 'mesh': halves(mesh)},
+                       'regulariser': {'type': 'l1', 'max_iterations': 2}}
             answer = asked(nodes, 'POST', f'/v1/matches?name={key}', json.dumps(request).encode(),
                            {'Content-Type': 'application/json', 'Idempotency-Key': f'chaos-{key}'})
             with lock: ids[key] = answer['id']
@@ -232,7 +234,7 @@ def main():
         for i in range(5):
             mesh = asked(nodes, 'POST', '/v1/meshes?format=obj', ellipsoid(8, 5, 1 + i / 10).encode())
             sketch = asked(nodes, 'POST', '/v1/sketches', json.dumps(outline(1 + i / 10)).encode(), {'Content-Type': 'application/json'})
-            shapes.append((mesh['id'], sketch['id']))
+            shapes.append((mesh, sketch))
         begun = time.time()
         ids, clients = submit(nodes, o.jobs, shapes)
         troubles, kills, told, last = store.troubles(o.jobs) if not o.calm else [], 0, [], begun

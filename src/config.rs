@@ -65,6 +65,9 @@ pub struct WorkerOptions {
     /// How long answers under an Idempotency-Key are kept, up to a day.
     #[arg(long, env = "SKETCHMATCH_KEEP_ANSWERS", default_value = "24h", value_parser = humantime::parse_duration)]
     pub keep_answers: Duration,
+    /// Memory that jobs running on this node may take together, as estimated; one that takes more runs alone.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOBS_MEMORY", default_value_t = ByteSize(worker::Config::default().memory))]
+    pub max_jobs_memory: ByteSize,
 }
 
 impl WorkerOptions {
@@ -82,7 +85,8 @@ impl WorkerOptions {
             uploads: self.keep_uploads,
             answers: Some(self.keep_answers),
         };
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, retention, ..default }
+        let (workers, memory) = (self.workers.map_or(default.workers, usize::from), self.max_jobs_memory.as_u64());
+        worker::Config { workers, longest_job, memory, retention, ..default }
     }
 }
 

@@ -1,6 +1,6 @@
--- What the outcome of a running job looks like at first sight, of which attempt.
+-- As SQLite's migration of this number.
 CREATE TABLE previews (
-    job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
+    job     TEXT COLLATE "C" PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
     attempt BIGINT NOT NULL,
-    body BYTEA NOT NULL
+    body    BYTEA NOT NULL
 );

@@ -1,7 +1,10 @@
 //! What the program can be told to do, a file for each command.
 
 mod eigenvalues;
+mod evaluate;
+mod evaluate_all;
 mod example;
+mod experiment;
 mod health;
 mod keys;
 mod matching;
@@ -23,7 +26,10 @@ use clap::{Parser, Subcommand};
 use crate::config::ServeOptions;
 use crate::telemetry::{self, LogFormat};
 use eigenvalues::EigenvaluesOptions;
+use evaluate::EvaluateOptions;
+use evaluate_all::EvaluateAllOptions;
 use example::ExampleOptions;
+use experiment::ExperimentOptions;
 use health::HealthOptions;
 use keys::KeysOptions;
 use matching::MatchOptions;
@@ -67,6 +73,12 @@ pub enum Command {
     Eigenvalues(EigenvaluesOptions),
     /// Judges the attempts at cases whose truth is known, and fits what chooses between them.
     Weigh(WeighOptions),
+    /// Judges the result of a match by what is known.
+    Evaluate(EvaluateOptions),
+    /// Judges a matrix of requests over cases whose truth is known.
+    EvaluateAll(EvaluateAllOptions),
+    /// Makes the figures of the thesis's experiments again.
+    Experiment(ExperimentOptions),
     /// Tells by its exit status whether a running server takes requests.
     Health(HealthOptions),
     /// Prints the OpenAPI document.
@@ -92,6 +104,9 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
         Command::Example(options) => example::run(&options),
         Command::Eigenvalues(options) => eigenvalues::run(&options),
         Command::Weigh(options) => weigh::run(&options),
+        Command::Evaluate(options) => evaluate::run(&options),
+        Command::EvaluateAll(options) => evaluate_all::run(&options),
+        Command::Experiment(options) => experiment::run(&options),
         Command::Health(options) => health::run(&options),
         Command::ReadSvg => svg_reader::serve(stdin().lock(), stdout().lock()).context("reading an SVG"),
         Command::Openapi => printed(&format!("{:#}", openapi::document())),

@@ -60,7 +60,7 @@ async fn submitted(app: &App, submission: Submission) -> Result<Answer, Problem>
 ///
 /// # Errors
 /// 422 with every fault found.
-async fn payload(
+pub(super) async fn payload(
     app: &App,
     request: MatchRequest,
     inline: Option<InlineSketch>,

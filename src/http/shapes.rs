@@ -21,7 +21,7 @@ use crate::sketch::Sketch;
 use crate::store::{Deletion, Kind, Shape};
 
 /// Characters of a name at most.
-const LONGEST_NAME: usize = 200;
+pub(super) const LONGEST_NAME: usize = 200;
 
 const TOO_LONG: &str = "a name has at most 200 characters";
 

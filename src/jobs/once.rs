@@ -1,38 +1,40 @@
 //! What all jobs of all nodes need is computed by one of them, and read by the others where it is kept.
 
-use std::thread;
 use std::time::Duration;
 
 use tokio::runtime::Handle;
+use tokio::time::sleep;
 
+use super::waiting::awaited;
 use crate::numerics::{Cancelled, Watch};
-use crate::store::{Claim, Store};
+use crate::store::{Store, StoreError};
 
-/// How often somebody who waits looks again.
-const PATIENCE: Duration = Duration::from_millis(100);
+/// How often somebody who waits for another looks again.
+const AGAIN: Duration = Duration::from_millis(100);
 
 /// What is cached, or what `compute` makes, which then is to keep it: by one at a time of all who need what goes by `name`, on
-/// whichever node they are. Called from threads outside the runtime. A cache or a claim that fails costs time, not the answer.
+/// whichever node they are. Called from threads outside the runtime. A claim that fails costs time, not the answer.
 ///
 /// # Errors
-/// [`Cancelled`] by the watcher while another computes it; what `compute` says.
+/// [`Cancelled`] by the watcher while another computes it; what `cached` and `compute` say.
 pub(super) fn once<T, E: From<Cancelled>>(
     (store, runtime): (&Store, &Handle),
     name: &str,
     watch: &dyn Watch,
-    cached: impl Fn() -> Option<T>,
+    cached: impl Fn() -> Result<Option<T>, Cancelled>,
     compute: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
-    if let Some(found) = cached() {
+    if let Some(found) = cached()? {
         return Ok(found);
     }
-    let _claim: Option<Claim> = loop {
-        match runtime.block_on(store.take(name)) {
+    let ask = || watch.proceed(0.0);
+    let _claim = loop {
+        let (taker, taken) = (store.clone(), name.to_owned());
+        // A claim that nobody waits for any more is given up again.
+        let taking = runtime.spawn(async move { taker.take(&taken).await });
+        match awaited(runtime, taking, ask)?.map_err(|error| StoreError::damaged("a claim", error)).flatten() {
             Ok(Some(claim)) => break Some(claim),
-            Ok(None) => {
-                watch.proceed(0.0)?;
-                thread::sleep(PATIENCE);
-            }
+            Ok(None) => awaited(runtime, sleep(AGAIN), ask)?,
             Err(error) => {
                 tracing::warn!(%error, name, "it cannot be claimed, and may be computed by others too");
                 break None;
@@ -40,13 +42,14 @@ pub(super) fn once<T, E: From<Cancelled>>(
         }
     };
     // Whoever had the claim before has kept it meanwhile.
-    cached().map_or_else(compute, Ok)
+    cached()?.map_or_else(compute, Ok)
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+    use std::thread;
 
     use super::*;
     use crate::numerics::Unwatched;
@@ -62,7 +65,7 @@ mod tests {
                 *kept.lock().unwrap() = Some(computed.fetch_add(1, Ordering::SeqCst));
                 Ok::<_, Cancelled>(0)
             };
-            let cached = || *kept.lock().unwrap();
+            let cached = || Ok(*kept.lock().unwrap());
             let answers: Vec<_> = thread::scope(|scope| {
                 let needed = [&store, &other].into_iter().cycle().take(8);
                 let threads: Vec<_> = needed
@@ -86,7 +89,7 @@ mod tests {
         on_every_database(async |_, store| {
             let (_claim, runtime) = (store.take("spectrum").await.unwrap().unwrap(), Handle::current());
             let needed = |watch: &(dyn Watch + Sync)| {
-                let ask = || once((&store, &runtime), "spectrum", watch, || None, || Ok::<_, Cancelled>(1));
+                let ask = || once((&store, &runtime), "spectrum", watch, || Ok(None), || Ok::<_, Cancelled>(1));
                 thread::scope(|scope| scope.spawn(ask).join().unwrap())
             };
             assert!(needed(&Stopped(AtomicBool::new(false))).is_err());

@@ -4,6 +4,7 @@ use tokio::runtime::Handle;
 
 use super::once::once;
 use super::shapes::Shapes;
+use super::waiting::awaited;
 use crate::alignment::prepared::PreparedMesh;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Cancelled, Watch};
@@ -35,19 +36,22 @@ impl pipeline::Preparations for CachedPreparations {
         let hash = mesh.content_hash();
         // A cache that fails costs time, not the answer.
         let cached = || {
-            let found = self.runtime.block_on(self.store.preparation(&hash));
-            found.inspect_err(|error| tracing::warn!(%error, "no prepared mesh can be read")).ok().flatten()
+            let found = awaited(&self.runtime, self.store.preparation(&hash), || watch.proceed(0.0))?;
+            let found = found.inspect_err(|error| tracing::warn!(%error, "no prepared mesh can be read"));
+            Ok(found.ok().flatten().map(Arc::new))
         };
         let compute = || {
-            let prepared = PreparedMesh::new(mesh, watch)?;
-            if let Err(error) =
-                self.runtime.block_on(self.store.put_preparation(&hash, &prepared, self.shapes.of(mesh)))
-            {
-                tracing::warn!(%error, "a prepared mesh cannot be kept");
-            }
-            Ok(prepared)
+            let prepared = Arc::new(PreparedMesh::new(mesh, watch)?);
+            let (store, made) = (self.store.clone(), prepared.clone());
+            let shape = self.shapes.of(mesh).map(str::to_owned);
+            // Carried through where nobody waits for it any more.
+            let kept = self.runtime.spawn(async move {
+                if let Err(error) = store.put_preparation(&hash, made, shape.as_deref()).await {
+                    tracing::warn!(%error, "a prepared mesh cannot be kept");
+                }
+            });
+            awaited(&self.runtime, kept, || watch.proceed(0.5)).map(|_| prepared)
         };
-        let name = self.store.preparation_name(&hash);
-        once((&self.store, &self.runtime), &name, watch, cached, compute).map(Arc::new)
+        once((&self.store, &self.runtime), &self.store.preparation_name(&hash), watch, cached, compute)
     }
 }

@@ -2,6 +2,7 @@
 
 mod intrinsic;
 pub mod laplacian;
+pub mod rebuilt;
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -128,10 +129,12 @@ pub fn spectrum_with(
     boundary: Boundary,
     watch: &dyn Watch,
 ) -> Result<Spectrum, SpectralError> {
-    let (stiffness, mass) = match intrinsic::without_thin(mesh) {
+    let thinned = intrinsic::without_thin(mesh, watch).map_err(EigenError::from)?;
+    let (stiffness, mass) = match thinned {
         Some(triangles) => triangles.operator(mesh.positions().len(), lumping),
         None => (laplacian::stiffness(mesh), laplacian::mass(mesh, lumping)),
     };
+    watch.proceed(0.0).map_err(EigenError::from)?;
     if !mass.iter().all(|&m| m > 0.0 && m.is_finite()) || !stiffness.data().iter().all(|s| s.is_finite()) {
         return Err(SpectralError::NoMass);
     }

@@ -9,6 +9,7 @@ use sqlx::AnyPool;
 use tempfile::TempDir;
 
 use super::blobs::Blobs;
+use super::testing::ALL;
 use super::{BlobUrl, Config, Kind, Remembered, Source, State, Store, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
@@ -115,7 +116,7 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     for cache in ["spectra", "preparations"] {
         assert_eq!(store.blobs.names(cache).await.unwrap(), Vec::<String>::new());
     }
-    let waiting = store.claim(&["match"]).await.unwrap().unwrap();
+    let waiting = store.claim(&["match"], ALL).await.unwrap().unwrap();
     assert_eq!(
         (waiting.job.id.as_str(), waiting.job.kind.as_str(), waiting.job.state),
         ("waits", "match", State::Running)

@@ -68,7 +68,7 @@ impl StoreError {
         }
     }
 
-    pub(super) fn damaged(what: impl Into<String>, reason: impl ToString) -> StoreError {
+    pub(crate) fn damaged(what: impl Into<String>, reason: impl ToString) -> StoreError {
         StoreError::Damaged { what: what.into(), reason: reason.to_string() }
     }
 }

@@ -136,12 +136,15 @@ pub struct NewJob<'a> {
     pub dedupe: Option<&'a str>,
     /// For how long the name is taken, whatever becomes of the job.
     pub taken_for: Duration,
+    /// Bytes of memory it takes, about, for each vertex of the larger of its shapes.
+    pub bytes_per_vertex: usize,
 }
 
 impl<'a> NewJob<'a> {
     /// A job that needs no shape and has no name.
     pub const fn of(kind: &'a str, payload: &'a str) -> NewJob<'a> {
-        NewJob { kind, payload, mesh: None, sketch: None, name: None, dedupe: None, taken_for: Duration::ZERO }
+        let (mesh, sketch, name, dedupe) = (None, None, None, None);
+        NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for: Duration::ZERO, bytes_per_vertex: 0 }
     }
 }
 
@@ -179,12 +182,27 @@ pub struct Lease {
     pub payload: Arc<str>,
     /// How many tries it has used up, this one included.
     pub(super) tries: i64,
+    /// Bytes of memory it takes, about.
+    pub memory: u64,
+    /// Whether a process has ended before it did, which may have been its doing: nothing else is to run beside it.
+    pub suspect: bool,
+}
+
+/// What a node has free for another job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    /// Bytes of memory.
+    pub memory: u64,
+    /// Whether nothing else runs: then any job may, whatever it takes.
+    pub alone: bool,
 }
 
 impl<'r> FromRow<'r, AnyRow> for Lease {
     fn from_row(row: &'r AnyRow) -> Result<Lease, sqlx::Error> {
         let payload: String = row.try_get("payload")?;
-        Ok(Lease { job: Job::from_row(row)?, payload: payload.into(), tries: row.try_get("tries")? })
+        let (tries, deaths): (i64, i64) = (row.try_get("tries")?, row.try_get("deaths")?);
+        let memory = u64::try_from(row.try_get::<i64, _>("memory")?).map_err(sqlx::Error::decode)?;
+        Ok(Lease { job: Job::from_row(row)?, payload: payload.into(), tries, memory, suspect: deaths > 0 })
     }
 }
 

@@ -49,7 +49,7 @@ async fn pass_on(listener: &mut Listener, changes: &Changes) -> Result<(), Store
 mod tests {
     use bytes::Bytes;
 
-    use crate::store::testing::fresh_shared;
+    use crate::store::testing::{ALL, fresh_shared};
     use crate::store::{NewJob, Places};
 
     #[tokio::test]
@@ -63,7 +63,7 @@ mod tests {
             queue.changed().await;
         }
         own.seen();
-        let lease = other.claim(&["match"]).await.unwrap().unwrap();
+        let lease = other.claim(&["match"], ALL).await.unwrap().unwrap();
         let mut job = one.job_changes(&lease.job.id);
         other.heartbeat(&lease, "map", 0.5).await.unwrap();
         job.changed().await;
@@ -71,7 +71,7 @@ mod tests {
         let mut told = other.job_changes(&lease.job.id);
         one.cancel(&lease.job.id).await.unwrap();
         told.cancelled().await;
-        let lease = other.claim(&["match"]).await.unwrap().unwrap();
+        let lease = other.claim(&["match"], ALL).await.unwrap().unwrap();
         other.succeed(&lease, Bytes::new()).await.unwrap();
         own.changed().await;
     }

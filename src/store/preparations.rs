@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::{Store, StoreError, blocking};
 use crate::alignment::prepared::{PREPARATION_VERSION, PreparedMesh};
 use crate::numerics::instruction_set;
@@ -22,11 +24,13 @@ impl Store {
     pub async fn put_preparation(
         &self,
         mesh: &blake3::Hash,
-        prepared: &PreparedMesh,
+        prepared: impl Into<Arc<PreparedMesh>>,
         shape: Option<&str>,
     ) -> Result<(), StoreError> {
-        let bytes = postcard::to_stdvec(prepared).map_err(|error| StoreError::damaged("the preparation", error))?;
-        self.put_cached(&self.preparation_name(mesh), bytes, shape).await
+        let prepared = prepared.into();
+        let encoded =
+            move || postcard::to_stdvec(&*prepared).map_err(|error| StoreError::damaged("the preparation", error));
+        self.put_cached(&self.preparation_name(mesh), blocking(encoded).await?, shape).await
     }
 
     /// What making the mesh of that content ready is claimed by.
@@ -59,7 +63,7 @@ mod tests {
         let mesh = tetrahedron();
         let (hash, prepared) = (mesh.content_hash(), PreparedMesh::new(&mesh, &Unwatched).unwrap());
         assert_eq!(store.preparation(&hash).await.unwrap(), None);
-        store.put_preparation(&hash, &prepared, None).await.unwrap();
+        store.put_preparation(&hash, prepared.clone(), None).await.unwrap();
         drop(store);
         let store = open(&directory).await;
         assert_eq!(store.preparation(&hash).await.unwrap().as_ref(), Some(&prepared));
@@ -68,7 +72,7 @@ mod tests {
         for damaged in damaged(&whole) {
             fs::write(&file, damaged).unwrap();
             assert_eq!(store.preparation(&hash).await.unwrap(), None);
-            store.put_preparation(&hash, &prepared, None).await.unwrap();
+            store.put_preparation(&hash, prepared.clone(), None).await.unwrap();
             assert_eq!(fs::read(&file).unwrap(), whole);
         }
         store.blobs.put(&blob(&hash), b"no".to_vec()).await.unwrap();

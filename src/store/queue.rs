@@ -6,7 +6,7 @@ use sqlx::{Any, AssertSqlSafe, Transaction};
 use uuid::Uuid;
 
 use super::{
-    Heartbeat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, milliseconds,
+    Heartbeat, Job, Lease, NewJob, Page, Places, Room, State, Store, StoreError, Submitted, idempotency, milliseconds,
     problem,
 };
 use crate::access::Tenant;
@@ -14,9 +14,13 @@ use crate::access::Tenant;
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
 
-/// How often a job is tried whose worker dies or asks for another try: often enough that a few deaths of a process do not
-/// fail the jobs it happened to run, seldom enough that a job that kills its process does not do so for ever.
+/// How often a job is tried that asks for another try.
 pub const MAX_TRIES: i64 = 8;
+
+/// How often the process of a job may end before it does. After the first time the job runs alone, so that it takes no other with
+/// it and what ends the process is most likely its own doing: seldom enough that it is soon over, often enough that a job is not
+/// failed whose process others killed a few times.
+pub const MAX_DEATHS: i64 = 6;
 
 pub(super) const LEASE_MS: i64 = LEASE.as_millis() as i64;
 
@@ -105,30 +109,44 @@ impl Store {
     }
 
     /// The first job that waits of the first of `kinds` that has one, leased to the caller for [`LEASE`]; `None` when
-    /// nothing waits that may be taken.
+    /// nothing waits that may be taken, or where there is no room for the one whose turn it is: others do not overtake it, or
+    /// it would wait for ever.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn claim(&self, kinds: &[&str]) -> Result<Option<Lease>, StoreError> {
+    pub async fn claim(&self, kinds: &[&str], room: Room) -> Result<Option<Lease>, StoreError> {
         let sql = format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, tries = tries + 1, \
              revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
              lease_ms = (SELECT now_ms FROM clock) + $1 \
-             WHERE state = 'queued' AND id = (SELECT id FROM jobs WHERE state = 'queued' AND kind = $2 \
-             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1 {}) RETURNING {}, payload, tries",
+             WHERE state = 'queued' AND ($3 OR (memory <= $4 AND deaths = 0)) \
+             AND id = (SELECT id FROM jobs WHERE state = 'queued' AND kind = $2 \
+             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1 {}) \
+             RETURNING {}, payload, tries, memory, deaths",
             self.engine.for_update(),
             Job::COLUMNS
         );
+        let memory = i64::try_from(room.memory).unwrap_or(i64::MAX);
         for kind in kinds {
             let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(LEASE_MS).bind(*kind);
             // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
-            let leases: Vec<Lease> = query.fetch_all(&self.pool).await?;
+            let leases: Vec<Lease> = query.bind(room.alone).bind(memory).fetch_all(&self.pool).await?;
             if let Some(lease) = leases.into_iter().next() {
                 self.changes.tell_of_job(&lease.job.id, Some(State::Running));
                 return Ok(Some(lease));
             }
+            if !room.alone && self.is_due(kind).await? {
+                return Ok(None);
+            }
         }
         Ok(None)
+    }
+
+    /// Whether a job of this kind waits that may be taken.
+    async fn is_due(&self, kind: &str) -> Result<bool, StoreError> {
+        let sql =
+            "SELECT id FROM jobs WHERE state = 'queued' AND kind = $1 AND due_ms <= (SELECT now_ms FROM clock) LIMIT 1";
+        Ok(sqlx::query(sql).bind(kind).fetch_optional(&self.pool).await?.is_some())
     }
 
     /// Reports progress, extends the lease and asks whether to go on, all in one.
@@ -292,8 +310,8 @@ impl Store {
         }
     }
 
-    /// Takes jobs from workers whose lease ran out: back into the queue, or failed after [`MAX_TRIES`]. Returns how
-    /// many.
+    /// Takes jobs from workers whose lease ran out: back into the queue, to run alone then, or failed after [`MAX_DEATHS`].
+    /// Returns how many.
     ///
     /// # Errors
     /// What the database said.
@@ -308,13 +326,13 @@ impl Store {
 
     /// Reaps the leases that end by `end_ms`, by default now.
     async fn reap_until(&self, end_ms: Option<i64>) -> Result<u64, StoreError> {
-        let sql = "UPDATE jobs SET revision = revision + 1, lease_ms = NULL, stage = NULL, fraction = 0, \
-                   state = CASE WHEN tries < $1 THEN 'queued' ELSE 'failed' END, \
-                   error = CASE WHEN tries < $1 THEN NULL ELSE $2 END, \
-                   started_ms = CASE WHEN tries < $1 THEN NULL ELSE started_ms END, \
-                   finished_ms = CASE WHEN tries < $1 THEN NULL ELSE (SELECT now_ms FROM clock) END \
+        let sql = "UPDATE jobs SET revision = revision + 1, lease_ms = NULL, stage = NULL, fraction = 0, deaths = deaths + 1, \
+                   state = CASE WHEN deaths + 1 < $1 THEN 'queued' ELSE 'failed' END, \
+                   error = CASE WHEN deaths + 1 < $1 THEN NULL ELSE $2 END, \
+                   started_ms = CASE WHEN deaths + 1 < $1 THEN NULL ELSE started_ms END, \
+                   finished_ms = CASE WHEN deaths + 1 < $1 THEN NULL ELSE (SELECT now_ms FROM clock) END \
                    WHERE state = 'running' AND lease_ms <= COALESCE($3, (SELECT now_ms FROM clock))";
-        let query = sqlx::query(sql).bind(MAX_TRIES).bind(abandoned().to_string()).bind(end_ms);
+        let query = sqlx::query(sql).bind(MAX_DEATHS).bind(abandoned().to_string()).bind(end_ms);
         let reaped = query.execute(&self.pool).await?.rows_affected();
         if reaped > 0 {
             self.changes.tell_of_queue();
@@ -351,11 +369,12 @@ pub(super) async fn enqueue(
     job: &NewJob<'_>,
     places: Places,
 ) -> Result<Submitted, StoreError> {
-    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for } = *job;
+    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, bytes_per_vertex } = *job;
     let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
     let dedupe = dedupe.map(|name| tenant.own(name));
-    let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms) \
-                  SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms FROM clock \
+    let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms, memory) \
+                  SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms, \
+                  $12 * COALESCE((SELECT max(vertices) FROM shapes WHERE id IN ($5, $6)), 0) FROM clock \
                   WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
                   AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
                   AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
@@ -364,8 +383,8 @@ pub(super) async fn enqueue(
                   ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
     let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
     let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
-    let query =
-        query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name).bind(tenant.as_str());
+    let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
+    let query = query.bind(tenant.as_str()).bind(count(bytes_per_vertex));
     if query.execute(&mut **transaction).await?.rows_affected() == 1 {
         let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
         let job = sqlx::query_as(AssertSqlSafe(sql)).bind(&id).fetch_one(&mut **transaction).await?;
@@ -406,7 +425,11 @@ struct Requeue {
 }
 
 fn abandoned() -> Value {
-    let detail = format!("the job was tried {MAX_TRIES} times, and each time its process ended before it did");
+    let alone = MAX_DEATHS - 1;
+    let detail = format!(
+        "the job was tried {MAX_DEATHS} times, {alone} of them with no other beside it, and each time its process ended \
+         before it did: it takes more memory than there is, or makes the program fail"
+    );
     problem(500, "Internal Server Error", detail)
 }
 

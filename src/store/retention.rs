@@ -154,7 +154,7 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::testing::{Place, on_every_database};
+    use crate::store::testing::{ALL, Place, on_every_database};
     use crate::store::{NewJob, Page, Places, Remembered, Source, Submitted};
 
     const HOUR: Duration = Duration::from_secs(3600);
@@ -180,7 +180,7 @@ mod tests {
 
     async fn finished(store: &Store, mesh: &str) -> String {
         let id = job(store, mesh).await;
-        let lease = store.claim(&["match"]).await.unwrap().unwrap();
+        let lease = store.claim(&["match"], ALL).await.unwrap().unwrap();
         assert!(store.succeed(&lease, Bytes::from("result")).await.unwrap());
         id
     }

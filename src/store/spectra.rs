@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use faer::Mat;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
@@ -61,12 +63,13 @@ impl Store {
     pub async fn put_spectrum(
         &self,
         key: &SpectrumKey,
-        spectrum: &Spectrum,
+        spectrum: impl Into<Arc<Spectrum>>,
         shape: Option<&str>,
     ) -> Result<(), StoreError> {
+        let spectrum = spectrum.into();
         let name = blob(&self.cached_as(&key.folder()), spectrum.len());
-        let bytes = encode(spectrum).map_err(|error| StoreError::damaged("the spectrum", error))?;
-        self.put_cached(&name, bytes, shape).await
+        let encoded = move || encode(&spectrum).map_err(|error| StoreError::damaged("the spectrum", error));
+        self.put_cached(&name, blocking(encoded).await?, shape).await
     }
 }
 
@@ -135,7 +138,7 @@ mod tests {
     #[tokio::test]
     async fn a_spectrum_survives_bit_for_bit() {
         let (directory, store) = fresh().await;
-        store.put_spectrum(&KEY, &numbered(9, 4), None).await.unwrap();
+        store.put_spectrum(&KEY, numbered(9, 4), None).await.unwrap();
         drop(store);
         let found = open(&directory).await.spectrum(&KEY, 4).await.unwrap();
         assert_eq!(found, Some(numbered(9, 4)));
@@ -145,7 +148,7 @@ mod tests {
     async fn all_there_are_serve_any_request_on_their_rung() {
         let (_directory, store) = fresh().await;
         assert_eq!(store.spectrum(&KEY, 1).await.unwrap(), None);
-        store.put_spectrum(&KEY, &numbered(9, 5), None).await.unwrap();
+        store.put_spectrum(&KEY, numbered(9, 5), None).await.unwrap();
         assert_eq!(store.spectrum(&KEY, 3).await.unwrap(), Some(numbered(9, 5)));
         assert_eq!(store.spectrum(&KEY, 6).await.unwrap(), None);
     }
@@ -153,10 +156,10 @@ mod tests {
     #[tokio::test]
     async fn what_is_served_does_not_depend_on_what_else_is_cached() {
         let (_directory, store) = fresh().await;
-        store.put_spectrum(&KEY, &numbered(70, 60), None).await.unwrap();
+        store.put_spectrum(&KEY, numbered(70, 60), None).await.unwrap();
         assert_eq!(store.spectrum(&KEY, 20).await.unwrap(), None);
         assert_eq!(store.spectrum(&KEY, 21).await.unwrap(), Some(numbered(70, 60)));
-        store.put_spectrum(&KEY, &numbered(70, 20), None).await.unwrap();
+        store.put_spectrum(&KEY, numbered(70, 20), None).await.unwrap();
         assert_eq!(store.spectrum(&KEY, 7).await.unwrap(), Some(numbered(70, 20)));
         assert_eq!(store.spectrum(&KEY, 60).await.unwrap(), Some(numbered(70, 60)));
     }
@@ -164,7 +167,7 @@ mod tests {
     #[tokio::test]
     async fn boundary_and_mesh_are_told_apart() {
         let (_directory, store) = fresh().await;
-        store.put_spectrum(&KEY, &numbered(9, 5), None).await.unwrap();
+        store.put_spectrum(&KEY, numbered(9, 5), None).await.unwrap();
         let fixed = SpectrumKey { boundary: Boundary::Dirichlet, ..KEY };
         let other = SpectrumKey { shape_hash: blake3::Hash::from_bytes([8; 32]), ..KEY };
         assert_eq!(store.spectrum(&fixed, 5).await.unwrap(), None);
@@ -174,13 +177,13 @@ mod tests {
     #[tokio::test]
     async fn a_damaged_spectrum_is_written_anew() {
         let (directory, store) = fresh().await;
-        store.put_spectrum(&KEY, &numbered(700, 5), None).await.unwrap();
+        store.put_spectrum(&KEY, numbered(700, 5), None).await.unwrap();
         let file = directory.path().join("data/blobs").join(blob(&KEY.folder(), 5));
         let whole = fs::read(&file).unwrap();
         for damaged in damaged(&whole) {
             fs::write(&file, damaged).unwrap();
             assert_eq!(store.spectrum(&KEY, 5).await.unwrap(), None);
-            store.put_spectrum(&KEY, &numbered(700, 5), None).await.unwrap();
+            store.put_spectrum(&KEY, numbered(700, 5), None).await.unwrap();
             assert_eq!(store.spectrum(&KEY, 5).await.unwrap(), Some(numbered(700, 5)));
         }
     }

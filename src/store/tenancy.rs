@@ -46,7 +46,7 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::testing::{Place, on_every_database};
+    use crate::store::testing::{ALL, Place, on_every_database};
     use crate::store::{Config, Deletion, Kind, NewJob, Page, Places, Remembered, Source, State, Submitted, database};
 
     const WHOLE: Page = Page { after: None, limit: 100 };
@@ -118,7 +118,7 @@ mod tests {
             (None, 1)
         );
 
-        let lease = store.claim(&["match"]).await.unwrap().unwrap();
+        let lease = store.claim(&["match"], ALL).await.unwrap().unwrap();
         assert_eq!((&lease.job.id, lease.job.tenant.as_str()), (&ids[0], "acme"));
         assert!(store.succeed(&lease, Bytes::from("1")).await.unwrap());
         assert_eq!(

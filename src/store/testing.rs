@@ -6,7 +6,10 @@ use std::time::Duration;
 use tempfile::TempDir;
 
 use super::database::testing::Schema;
-use super::{BlobUrl, Config, Store};
+use super::{BlobUrl, Config, Room, Store};
+
+/// A node that has nothing to do yet.
+pub(crate) const ALL: Room = Room { memory: u64::MAX, alone: true };
 
 /// A directory and, for a database that is shared, a schema of its own, gone when it is dropped.
 pub(crate) struct Place {

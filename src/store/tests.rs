@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::testing::{fresh, fresh_shared, shared_place};
+use super::testing::{ALL, fresh, fresh_shared, shared_place};
 use super::*;
 
 #[tokio::test]
@@ -118,7 +118,7 @@ async fn a_shared_database_of_the_version_before_is_brought_up_to_date() {
 async fn a_node_that_joins_leaves_the_jobs_of_others_alone() {
     let Some((place, store)) = fresh_shared().await else { return };
     store.submit(&NewJob::of("match", "1"), Places { queue: 1, of_kind: 1 }).await.unwrap();
-    let lease = store.claim(&["match"]).await.unwrap().unwrap();
+    let lease = store.claim(&["match"], ALL).await.unwrap().unwrap();
     let other = place.open().await;
     assert_eq!(other.reap().await.unwrap(), 0);
     assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Held);

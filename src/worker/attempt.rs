@@ -4,14 +4,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
+use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use super::measures::{self, Ended};
 use super::report;
 use super::workshop::Workshop;
-use crate::jobs::{Bench, Failure, Outcome, Progress};
-use crate::store::Lease;
+use crate::jobs::{Failure, Outcome, Progress};
+use crate::store::{Lease, Store};
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
@@ -72,12 +73,12 @@ async fn carry_out(workshop: &Arc<Workshop>, lease: &Lease) -> Ended {
 /// Starts the computation on the pool; the receiver gets its outcome, a panic included.
 fn start(workshop: &Arc<Workshop>, lease: Lease, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
     let (sender, receiver) = oneshot::channel();
-    let there = workshop.clone();
+    let (there, runtime) = (workshop.clone(), Handle::current());
     workshop.pool.spawn(move || {
         let begun = processor_time();
         let run = AssertUnwindSafe(|| (there.body)(&lease, &there.bench, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
-        charge(&there.bench, &lease, processor_time().saturating_sub(begun));
+        charge(&runtime, there.store().of(&lease.job.tenant), processor_time().saturating_sub(begun));
         // Nobody listens any more when the bench has stopped.
         let _ = sender.send(outcome);
     });
@@ -91,9 +92,8 @@ fn processor_time() -> Duration {
 }
 
 /// Has the tenant's account show what a job took; the job does not wait for it, nor fail by it.
-fn charge(bench: &Bench, lease: &Lease, cpu: Duration) {
-    let store = bench.store.of(&lease.job.tenant);
-    bench.runtime.spawn(async move {
+fn charge(runtime: &Handle, store: Store, cpu: Duration) {
+    runtime.spawn(async move {
         if let Err(error) = store.charge(cpu).await {
             tracing::warn!(%error, "the processor time of a job is not counted");
         }

@@ -3,6 +3,7 @@
 //! A job is claimed only when a thread is free for it. The computation runs on that thread and knows nothing of the
 //! queue; a task beside it reports its progress, extends the lease and passes on that somebody cancelled it.
 
+mod admission;
 mod attempt;
 mod measures;
 mod pool;
@@ -23,6 +24,7 @@ use tokio_util::task::TaskTracker;
 
 use crate::jobs::{self, Bench, Failure, Outcome, Progress};
 use crate::store::{Gone, LEASE, Lease, Retention, Store};
+use admission::Admission;
 use shares::Shares;
 use workshop::Workshop;
 
@@ -50,12 +52,20 @@ pub struct Config {
     pub longest_job: Duration,
     /// How long things are kept.
     pub retention: Retention,
+    /// Bytes of memory that running jobs may take together, as estimated; one that takes more by itself runs alone.
+    pub memory: u64,
 }
 
 impl Default for Config {
     fn default() -> Config {
         let workers = thread::available_parallelism().map_or(1, NonZero::get);
-        Config { workers, grace: GRACE, longest_job: Duration::from_secs(3600), retention: Retention::default() }
+        Config {
+            workers,
+            grace: GRACE,
+            longest_job: Duration::from_secs(3600),
+            memory: 8 << 30,
+            retention: Retention::default(),
+        }
     }
 }
 
@@ -80,7 +90,7 @@ fn compute(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
 async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &CancellationToken) {
     let attempts = TaskTracker::new();
     tokio::join!(
-        claim_until(shutdown, workshop, &attempts, config.workers),
+        claim_until(shutdown, workshop, &attempts, config),
         reap_until(shutdown, workshop.store()),
         sweep_until(shutdown, workshop.store()),
         let_go_until(shutdown, workshop.store(), &config.retention)
@@ -92,18 +102,26 @@ async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &Cancellation
     }
 }
 
-/// Claims jobs as threads become free. A claim that has begun is carried through: a job must not be leased to nobody.
-async fn claim_until(shutdown: &CancellationToken, workshop: &Arc<Workshop>, attempts: &TaskTracker, workers: usize) {
-    let (slots, shares) = (Arc::new(Semaphore::new(workers)), Arc::new(Shares::new(workers)));
+/// Claims jobs as threads and memory become free. A claim that has begun is carried through: a job must not be leased to
+/// nobody.
+async fn claim_until(shutdown: &CancellationToken, workshop: &Arc<Workshop>, attempts: &TaskTracker, config: &Config) {
+    let (slots, shares) = (Arc::new(Semaphore::new(config.workers)), Arc::new(Shares::new(config.workers)));
+    let admission = Arc::new(Admission::new(config.memory));
     let mut changes = workshop.store().queue_changes();
     while let Some(Ok(slot)) = shutdown.run_until_cancelled(slots.clone().acquire_owned()).await {
         changes.seen();
-        match workshop.store().claim(&shares.turn()).await {
+        let claimed = match admission.room() {
+            Some(room) => workshop.store().claim(&shares.turn(), room).await,
+            None => Ok(None),
+        };
+        match claimed {
             Ok(Some(lease)) => {
                 let (workshop, share) = (workshop.clone(), jobs::kind(&lease.job.kind).map(|kind| shares.take(kind)));
+                let admitted = admission.admit(&lease);
                 attempts.spawn(async move {
                     attempt::attempt(&workshop, lease).await;
-                    drop((slot, share));
+                    // In this order: whoever is told of the share finds the room.
+                    drop((admitted, slot, share));
                 });
             }
             Ok(None) => {

@@ -88,6 +88,11 @@ impl Server {
         assert!(self.store.keys().revoke(id).await.unwrap());
     }
 
+    /// Where it answers.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
     /// Where it keeps everything.
     pub fn data(&self) -> &Path {
         self.data.path()
@@ -133,6 +138,16 @@ impl Server {
         let mut request = json!({"mesh": mesh, "sketch": sketch});
         request.as_object_mut().unwrap().extend(besides.as_object().unwrap().clone());
         self.post("/v1/matches").json(&request)
+    }
+
+    /// The path of a match without an alignment that has succeeded: it takes a moment.
+    pub async fn intrinsic_match(&self, besides: Value) -> String {
+        let mut request = json!({"preset": "thesis", "basis": {"k": 12}, "regions": {"method": "auto", "count": 4}});
+        request.as_object_mut().unwrap().extend(besides.as_object().unwrap().clone());
+        let request = self.request_match(request).await.header("prefer", "wait=60");
+        let body = json_of(request.send().await.unwrap(), 200).await;
+        assert_eq!(body["status"], "succeeded", "{body}");
+        body["links"]["self"].as_str().unwrap().to_owned()
     }
 
     /// The path of a match that has succeeded.

@@ -48,13 +48,17 @@ fn call(operation: &'static str, method: &'static str, path: String, own: u16, o
 }
 
 /// Every call there is, of a mesh, a sketch, a match and a pose; those that end something last.
-fn calls(mesh: &str, sketch: &str, matched: &str, pose: &str, bent: Value) -> Vec<Call> {
+fn calls(mesh: &str, sketch: &str, matched: &str, pose: &str, bent: Value, places: &Value) -> Vec<Call> {
     let get = |operation, path: String, other| call(operation, "GET", path, 200, other);
     let ended = |operation, path: String| call(operation, "DELETE", path, 204, 404);
     let cancelled = |operation, path: String| call(operation, "POST", path, 200, 404);
     let json = |call: Call, body| Call { body: Body::Json(body), ..call };
     let name = json!({"name": "mine"});
     let asked = json!({"mesh": mesh, "sketch": sketch});
+    let sweep = json!({"request": asked, "pointer": "/regulariser/gamma", "values": [0.5]});
+    let along: Vec<&Value> = places.as_array().unwrap().iter().map(|place| &place[0]).collect();
+    let function = json!({"from": "sketch", "by": "points", "given": {"type": "function", "values": along}});
+    let known = json!({"pairs": {"side": false, "points": [places[0]], "variants": {"front": [0]}}});
     let uploaded = call("upload_mesh", "POST", "/v1/meshes?format=obj".to_owned(), 200, 201);
     vec![
         Call { body: Body::File(drawings::ellipsoid(16, 12)), ..uploaded },
@@ -94,6 +98,18 @@ fn calls(mesh: &str, sketch: &str, matched: &str, pose: &str, bent: Value) -> Ve
         get("read_pose_result", format!("/v1/poses/{pose}/result"), 404),
         get("read_pose_basis", format!("/v1/poses/{pose}/basis"), 404),
         get("draw_pose", format!("/v1/poses/{pose}/picture?width=100"), 404),
+        get("list_terms", "/v1/terms".to_owned(), 200),
+        get("read_inside", format!("/v1/matches/{matched}/inside"), 404),
+        get("read_inverse", format!("/v1/matches/{matched}/inverse"), 404),
+        get("read_mesh_functions", format!("/v1/meshes/{mesh}/functions?kind=eigenfunctions&k=20"), 404),
+        get("read_mesh_segmentation", format!("/v1/meshes/{mesh}/segmentation?regions=4&k=20"), 404),
+        get("rebuild_mesh", format!("/v1/meshes/{mesh}/rebuilt?k=20"), 404),
+        get("read_sketch_functions", format!("/v1/sketches/{sketch}/functions?kind=eigenfunctions&k=20"), 404),
+        get("read_sketch_segmentation", format!("/v1/sketches/{sketch}/segmentation?regions=4&k=20"), 404),
+        get("rebuild_sketch", format!("/v1/sketches/{sketch}/rebuilt?k=20"), 404),
+        json(cancelled("transfer", format!("/v1/matches/{matched}/transfers")), function),
+        json(cancelled("evaluate_match", format!("/v1/matches/{matched}/evaluations")), known),
+        json(call("create_sweep", "POST", "/v1/sweeps".to_owned(), 202, 422), sweep),
         json(call("create_match", "POST", "/v1/matches".to_owned(), 202, 422), asked),
         json(call("create_pose", "POST", "/v1/poses".to_owned(), 202, 422), bent),
         cancelled("cancel_match", format!("/v1/matches/{matched}/cancel")),
@@ -141,7 +157,8 @@ async fn every_call_answers_each_key_as_it_should() {
     let (mesh, sketch) = (result["mesh"].as_str().unwrap(), result["sketch"].as_str().unwrap());
     let bent = bend(&matched, corners(&server, &result).await, &[25.0]);
     let pose = ended(&server, server.post("/v1/poses").json(&bent)).await;
-    let calls = calls(mesh, sketch, &matched, &pose, bent);
+    let geometry = server.read(&format!("/v1/sketches/{sketch}/mesh")).await;
+    let calls = calls(mesh, sketch, &matched, &pose, bent, &geometry["vertices"]);
 
     let covered: BTreeSet<String> = calls.iter().map(|call| call.operation.to_owned()).collect();
     assert_eq!(covered, operations(&server).await);

@@ -15,8 +15,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    Service, events, examples as creatures, geometry, health, links as signed, matches, meshes, pictures, portraits,
-    pose_results, poses, regularisers, results, sketches, spectra,
+    Service, evaluations, events, examples as creatures, functions, geometry, health, inside, links as signed, matches,
+    meshes, pictures, portraits, pose_results, poses, regularisers, results, sketches, spectra, sweeps, transfers,
 };
 
 #[derive(OpenApi)]
@@ -50,14 +50,25 @@ pub(super) fn routes() -> (Router<Service>, Value) {
         .routes(routes!(portraits::of_mesh))
         .routes(routes!(portraits::of_sketch))
         .routes(routes!(spectra::of_mesh))
+        .routes(routes!(functions::of_mesh))
+        .routes(routes!(functions::segments_of_mesh))
+        .routes(routes!(functions::rebuilt_mesh))
         .routes(routes!(sketches::upload, sketches::list))
         .routes(routes!(sketches::read, sketches::rename, sketches::delete))
         .routes(routes!(geometry::of_sketch))
         .routes(routes!(spectra::of_sketch))
+        .routes(routes!(functions::of_sketch))
+        .routes(routes!(functions::segments_of_sketch))
+        .routes(routes!(functions::rebuilt_sketch))
         .routes(routes!(matches::create, matches::list))
+        .routes(routes!(sweeps::create))
         .routes(routes!(matches::read, matches::end))
         .routes(routes!(matches::cancel))
         .routes(routes!(results::read))
+        .routes(routes!(evaluations::create))
+        .routes(routes!(inside::read))
+        .routes(routes!(transfers::create))
+        .routes(routes!(transfers::inverse))
         .routes(routes!(pictures::of_match))
         .routes(routes!(pictures::of_matrix))
         .routes(routes!(pictures::of_mesh))
@@ -74,6 +85,7 @@ pub(super) fn routes() -> (Router<Service>, Value) {
         .routes(routes!(creatures::sketch))
         .routes(routes!(regularisers::list))
         .routes(routes!(regularisers::read))
+        .routes(routes!(regularisers::terms))
         .routes(routes!(health::alive))
         .routes(routes!(health::ready))
         .routes(routes!(health::measures));

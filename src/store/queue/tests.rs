@@ -4,7 +4,7 @@ use futures::FutureExt;
 use serde_json::json;
 
 use super::*;
-use crate::store::testing::{fresh, on_every_database, open};
+use crate::store::testing::{ALL, fresh, on_every_database, open};
 use crate::store::{JobChanges, MEMORY};
 
 /// More than any test submits.
@@ -28,7 +28,7 @@ async fn submitted(store: &Store, number: i64) -> Job {
 }
 
 async fn claim(store: &Store) -> Option<Lease> {
-    store.claim(&ANY).await.unwrap()
+    store.claim(&ANY, ALL).await.unwrap()
 }
 
 async fn claimed(store: &Store) -> Lease {
@@ -63,7 +63,7 @@ async fn jobs_are_claimed_in_order_by_the_kinds_asked_for() {
         let spectrum = taken(&store, &NewJob::of(SPECTRUM, "{}")).await;
         assert_eq!(spectrum.place, Some(1));
         assert_eq!((store.queued(MATCH).await.unwrap(), store.queued(SPECTRUM).await.unwrap()), (3, 1));
-        let next = async |kinds: &[&str]| store.claim(kinds).await.unwrap().map(|lease| lease.job.id);
+        let next = async |kinds: &[&str]| store.claim(kinds, ALL).await.unwrap().map(|lease| lease.job.id);
         assert_eq!(next(&[MATCH]).await.as_ref(), Some(&matches[0]));
         assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, Some(2));
         assert_eq!(next(&[SPECTRUM, MATCH]).await, Some(spectrum.id));
@@ -175,7 +175,7 @@ async fn a_lease_that_stands_is_not_reaped() {
 async fn a_job_that_always_kills_its_process_fails_in_the_end() {
     let (directory, mut store) = fresh().await;
     let job = submitted(&store, 0).await;
-    for attempt in 1..=MAX_TRIES {
+    for attempt in 1..=MAX_DEATHS {
         assert_eq!(claimed(&store).await.job.attempt, attempt);
         drop(store);
         store = open(&directory).await;
@@ -183,8 +183,56 @@ async fn a_job_that_always_kills_its_process_fails_in_the_end() {
     assert!(claim(&store).await.is_none());
     let failed = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!(failed.state, State::Failed);
-    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_TRIES} times")));
+    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_DEATHS} times")));
     assert!(failed.finished_ms.is_some());
+}
+
+#[tokio::test]
+async fn a_job_whose_process_died_runs_alone_from_then_on() {
+    on_every_database(async |_, store| {
+        let (bad, neighbour, other) =
+            (submitted(&store, 0).await, submitted(&store, 1).await, submitted(&store, 2).await);
+        assert!(!claimed(&store).await.suspect && !claimed(&store).await.suspect);
+        expire(&store).await;
+        assert_eq!(store.reap().await.unwrap(), 2);
+        let beside_others = Room { alone: false, ..ALL };
+        assert!(store.claim(&ANY, beside_others).await.unwrap().is_none(), "nor is a suspect overtaken");
+        for death in 2..=MAX_DEATHS {
+            let lease = claimed(&store).await;
+            assert!(lease.suspect && lease.job.id == bad.id, "{lease:?}");
+            expire(&store).await;
+            assert_eq!(store.reap().await.unwrap(), 1);
+            assert_eq!(state(&store, &bad.id).await == State::Failed, death == MAX_DEATHS);
+        }
+        // What ran beside it was not harmed again.
+        let lease = claimed(&store).await;
+        assert!(lease.suspect && lease.job.id == neighbour.id && lease.job.attempt == 2, "{lease:?}");
+        store.succeed(&lease, Bytes::new()).await.unwrap();
+        let lease = store.claim(&ANY, beside_others).await.unwrap().unwrap();
+        assert!(!lease.suspect && lease.job.id == other.id);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
+    on_every_database(async |_, store| {
+        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, vertices) VALUES ('m', 'mesh', '{}', 0, 50)")
+            .execute(&store.pool)
+            .await
+            .unwrap();
+        let large = NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") };
+        let (large, small) = (taken(&store, &large).await, submitted(&store, 1).await);
+        let with = |memory, alone| Room { memory, alone };
+        assert!(store.claim(&ANY, with(499, false)).await.unwrap().is_none());
+        let lease = store.claim(&ANY, with(500, false)).await.unwrap().unwrap();
+        assert_eq!((lease.job.id, lease.memory), (large.id, 500));
+        assert_eq!(store.claim(&ANY, with(0, false)).await.unwrap().unwrap().job.id, small.id);
+        assert!(store.claim(&ANY, with(0, false)).await.unwrap().is_none());
+        taken(&store, &NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") }).await;
+        assert!(store.claim(&ANY, with(0, true)).await.unwrap().is_some(), "alone it runs whatever it takes");
+    })
+    .await;
 }
 
 #[tokio::test]

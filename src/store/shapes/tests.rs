@@ -7,7 +7,7 @@ use serde_json::json;
 use super::*;
 use crate::mesh::TriangleMesh;
 use crate::sketch::YAxis;
-use crate::store::testing::{fresh, on_every_database, open};
+use crate::store::testing::{ALL, fresh, on_every_database, open};
 use crate::store::{NewJob, Places, Submitted};
 
 /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
@@ -208,7 +208,7 @@ async fn a_shape_stays_while_an_unfinished_job_needs_it() {
         for _ in ["queued", "running"] {
             assert_eq!(store.delete_shape(Kind::Mesh, &mesh).await.unwrap(), Deletion::Needed);
             assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Needed);
-            store.claim(&["match"]).await.unwrap();
+            store.claim(&["match"], ALL).await.unwrap();
         }
         store.cancel(&taken.id).await.unwrap();
         assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Done);

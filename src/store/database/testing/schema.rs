@@ -34,7 +34,8 @@ impl Schema {
                 assert!(named.is_none(), "{VARIABLE}: {error}");
                 let test = thread::current().name().unwrap_or("a test").to_owned();
                 // Not by the macro, whose lines are kept from who runs the tests.
-                writeln!(stderr(), "{test}: skipped on PostgreSQL, for none answers at {LOCAL}: {error}").unwrap();
+                let told = format!("{test}: skipped on PostgreSQL, for none answers at {LOCAL}: {error}\n");
+                stderr().write_all(told.as_bytes()).unwrap();
                 None
             }
         }
@@ -56,7 +57,7 @@ impl Drop for Schema {
             runtime.map(|runtime| runtime.block_on(execute(&server, sql)))
         };
         if !matches!(thread::spawn(dropping).join(), Ok(Ok(Ok(())))) {
-            writeln!(stderr(), "the schema {} is left behind", self.name).unwrap();
+            eprintln!("the schema {} is left behind", self.name);
         }
     }
 }
