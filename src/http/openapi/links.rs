@@ -24,6 +24,7 @@ const OF_MESH: &[&str] = &[
     "read_mesh_functions",
     "read_mesh_segmentation",
     "rebuild_mesh",
+    "sign_mesh",
     "draw_mesh",
     "rename_mesh",
     "delete_mesh",
@@ -35,6 +36,7 @@ const OF_SKETCH: &[&str] = &[
     "read_sketch_functions",
     "read_sketch_segmentation",
     "rebuild_sketch",
+    "sign_sketch",
     "draw_sketch",
     "rename_sketch",
     "delete_sketch",
@@ -50,12 +52,21 @@ const OF_MATCH: &[&str] = &[
     "read_inverse",
     "evaluate_match",
     "transfer",
+    "sign_match",
     "cancel_match",
     "end_match",
 ];
 
-const OF_POSE: &[&str] =
-    &["read_pose", "follow_pose", "read_pose_result", "read_pose_basis", "draw_pose", "cancel_pose", "end_pose"];
+const OF_POSE: &[&str] = &[
+    "read_pose",
+    "follow_pose",
+    "read_pose_result",
+    "read_pose_basis",
+    "draw_pose",
+    "sign_pose",
+    "cancel_pose",
+    "end_pose",
+];
 
 const LINKS: &[Link] = &[
     Link::by_id("upload_mesh", &["200", "201"], OF_MESH),
