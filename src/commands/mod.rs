@@ -6,6 +6,7 @@ mod evaluate_all;
 mod example;
 mod experiment;
 mod health;
+mod keys;
 mod matching;
 mod output;
 mod reading;
@@ -30,6 +31,7 @@ use evaluate_all::EvaluateAllOptions;
 use example::ExampleOptions;
 use experiment::ExperimentOptions;
 use health::HealthOptions;
+use keys::KeysOptions;
 use matching::MatchOptions;
 use reading::ReadOptions;
 use sketchmatch::http::openapi;
@@ -55,6 +57,8 @@ pub struct Cli {
 pub enum Command {
     /// Serves the REST interface, with its workers in the process.
     Serve(Box<ServeOptions>),
+    /// Makes and ends the keys of those who may use a server.
+    Keys(KeysOptions),
     /// Computes what servers with the same store are asked for.
     Work(WorkOptions),
     /// Sets aside the blobs that nothing names.
@@ -92,6 +96,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     let log = telemetry::log(&log, log_format)?;
     match command {
         Command::Serve(options) => serve::run(&options, &log),
+        Command::Keys(options) => keys::run(options),
         Command::Work(options) => work::run(&options),
         Command::Sweep(options) => sweep::run(&options),
         Command::Match(options) => matching::run(&options),
@@ -129,13 +134,15 @@ mod tests {
 
     #[test]
     fn every_option_has_its_variable() {
-        for command in Cli::command().get_subcommands() {
+        let mut commands: Vec<clap::Command> = Cli::command().get_subcommands().cloned().collect();
+        while let Some(command) = commands.pop() {
             let options =
                 command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
             for option in options {
                 let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
             }
+            commands.extend(command.get_subcommands().cloned());
         }
     }
 }

@@ -33,7 +33,7 @@ pub async fn run(options: &WorkOptions) -> anyhow::Result<()> {
     tracing::info!(version = env!("CARGO_PKG_VERSION"), ?store, worker = ?config, "starting");
     // What is kept in files is nobody's but the service's.
     umask(Mode::RWXG | Mode::RWXO);
-    let store = Store::open(&store).await?;
+    let store = options.worker.cached(Store::open(&store).await?);
     tracing::info!("working");
     worker::run(store.clone(), config, shutdown).await.context("starting the workers")?;
     store.close().await.context("closing the database")?;

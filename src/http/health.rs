@@ -13,7 +13,7 @@ use tokio::time::error::Elapsed;
 use tokio::time::timeout;
 use utoipa::ToSchema;
 
-use super::App;
+use super::Service;
 use super::problem::Problem;
 use crate::jobs::{KINDS, Kind};
 use crate::store::{Lack, StoreError};
@@ -48,7 +48,7 @@ pub async fn alive() -> Json<Health> {
         (status = 507, description = "the disk is full"),
     ),
 )]
-pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
+pub(super) async fn ready(State(Service(app)): State<Service>) -> Result<Json<Health>, Problem> {
     if app.shutdown.is_cancelled() {
         return Err(Problem::busy("the server is stopping", 5));
     }
@@ -110,7 +110,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
     get, path = "/metrics", operation_id = "read_measures", tag = "service",
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
-pub async fn measures(State(app): State<App>) -> impl IntoResponse {
+pub(super) async fn measures(State(Service(app)): State<Service>) -> impl IntoResponse {
     for Kind { name, .. } in &KINDS {
         let queued = async { app.store.queued(name).await.map(|jobs| jobs as f64) };
         metrics::gauge!(QUEUED, "kind" => *name).set(told(queued).await);
@@ -142,7 +142,7 @@ mod tests {
     use tokio_util::sync::CancellationToken;
 
     use super::*;
-    use crate::http::Config;
+    use crate::http::{App, Config};
     use crate::store::testing::fresh;
 
     #[tokio::test]
@@ -153,7 +153,7 @@ mod tests {
         let recorder = PrometheusBuilder::new().build_recorder();
         let app = App::new(store, Config::default(), recorder.handle(), CancellationToken::new());
         let _recording = metrics::set_default_local_recorder(&recorder);
-        let answer = measures(State(app)).await.into_response();
+        let answer = measures(State(Service(app))).await.into_response();
         let text = String::from_utf8(to_bytes(answer.into_body(), 1 << 20).await.unwrap().to_vec()).unwrap();
         assert!(text.contains("sketchmatch_jobs_queued{kind=\"match\"} NaN"), "{text}");
         assert!(text.contains("sketchmatch_reading_bytes 0"), "{text}");

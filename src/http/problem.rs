@@ -90,6 +90,11 @@ impl Problem {
         Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("the body is larger than the {limit} bytes allowed here"))
     }
 
+    /// 429: the tenant has taken what it may; come back in `seconds`.
+    pub fn too_many(detail: impl Into<String>, seconds: u32) -> Problem {
+        Problem { retry_after: Some(seconds), ..Problem::new(StatusCode::TOO_MANY_REQUESTS, detail) }
+    }
+
     /// 503: come back in `seconds`.
     pub fn busy(detail: impl Into<String>, seconds: u32) -> Problem {
         Problem { retry_after: Some(seconds), ..Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail) }

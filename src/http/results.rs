@@ -1,6 +1,5 @@
 //! The results of matches.
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::Deserialize;
@@ -43,7 +42,7 @@ pub struct ResultQuery {
     ),
 )]
 pub async fn read(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<ResultQuery>,
     headers: HeaderMap,
@@ -89,7 +88,7 @@ mod tests {
         let app = App::new(store.clone(), Config::default(), measures, CancellationToken::new());
         let asked = async |preview: bool| {
             let query = Query(ResultQuery { preview });
-            read(State(app.clone()), Id(lease.job.id.clone()), query, HeaderMap::new()).await.into_response()
+            read(app.clone(), Id(lease.job.id.clone()), query, HeaderMap::new()).await.into_response()
         };
         assert_eq!(asked(true).await.status(), StatusCode::CONFLICT);
         store.preview(&lease, br#"{"preview": true}"#, 0.5).await.unwrap();

@@ -77,7 +77,7 @@ impl Kind {
 
 fn run<T: Task>(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
     let task: T = serde_json::from_str(&lease.payload).map_err(|error| Failure::internal(error, false))?;
-    let outcome = task.run(&lease.job.id, bench, progress)?;
+    let outcome = task.run(&lease.job.id, &bench.of(&lease.job), progress)?;
     let mut writing = Writing::new(|| progress.going());
     match serde_json::to_writer(&mut writing, &outcome) {
         Ok(()) => Ok(writing.bytes.into()),

@@ -12,6 +12,7 @@ mod once;
 pub mod posing;
 mod preparations;
 mod progress;
+mod shapes;
 mod spectra;
 mod waiting;
 

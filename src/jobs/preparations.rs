@@ -3,6 +3,7 @@ use std::sync::Arc;
 use tokio::runtime::Handle;
 
 use super::once::once;
+use super::shapes::Shapes;
 use super::waiting::awaited;
 use crate::alignment::prepared::PreparedMesh;
 use crate::mesh::TriangleMesh;
@@ -14,12 +15,19 @@ use crate::store::Store;
 pub struct CachedPreparations {
     store: Store,
     runtime: Handle,
+    /// Those of the job it is for.
+    shapes: Shapes,
 }
 
 impl CachedPreparations {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedPreparations {
-        CachedPreparations { store, runtime: Handle::current() }
+        CachedPreparations { store, runtime: Handle::current(), shapes: Shapes::default() }
+    }
+
+    /// The same for a job of these shapes, out of the store of its tenant.
+    pub fn of(&self, store: Store, shapes: Shapes) -> CachedPreparations {
+        CachedPreparations { store, runtime: self.runtime.clone(), shapes }
     }
 }
 
@@ -35,9 +43,10 @@ impl pipeline::Preparations for CachedPreparations {
         let compute = || {
             let prepared = Arc::new(PreparedMesh::new(mesh, watch)?);
             let (store, made) = (self.store.clone(), prepared.clone());
+            let shape = self.shapes.of(mesh).map(str::to_owned);
             // Carried through where nobody waits for it any more.
             let kept = self.runtime.spawn(async move {
-                if let Err(error) = store.put_preparation(&hash, made).await {
+                if let Err(error) = store.put_preparation(&hash, made, shape.as_deref()).await {
                     tracing::warn!(%error, "a prepared mesh cannot be kept");
                 }
             });

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use tokio::runtime::Handle;
 
 use super::once::once;
+use super::shapes::Shapes;
 use super::waiting::awaited;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Cancelled, Watch};
@@ -14,12 +15,19 @@ use crate::store::{SpectrumKey, Store};
 pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
+    /// Those of the job it is for.
+    shapes: Shapes,
 }
 
 impl CachedSpectra {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: Handle::current() }
+        CachedSpectra { store, runtime: Handle::current(), shapes: Shapes::default() }
+    }
+
+    /// The same for a job of these shapes, out of the store of its tenant.
+    pub fn of(&self, store: Store, shapes: Shapes) -> CachedSpectra {
+        CachedSpectra { store, runtime: self.runtime.clone(), shapes }
     }
 
     /// A cache that fails costs time, not the answer.
@@ -29,10 +37,16 @@ impl CachedSpectra {
     }
 
     /// Keeps a spectrum, which is carried through where nobody waits for it any more.
-    fn keep(&self, key: SpectrumKey, spectrum: Arc<Spectrum>, watch: &dyn Watch) -> Result<(), Cancelled> {
+    fn keep(
+        &self,
+        key: SpectrumKey,
+        spectrum: Arc<Spectrum>,
+        shape: Option<String>,
+        watch: &dyn Watch,
+    ) -> Result<(), Cancelled> {
         let store = self.store.clone();
         let kept = self.runtime.spawn(async move {
-            if let Err(error) = store.put_spectrum(&key, spectrum).await {
+            if let Err(error) = store.put_spectrum(&key, spectrum, shape.as_deref()).await {
                 tracing::warn!(%error, "a spectrum cannot be kept");
             }
         });
@@ -52,7 +66,7 @@ impl pipeline::Spectra for CachedSpectra {
         let cached = || Ok(self.cached(&key, k, watch)?.map(Arc::new));
         let compute = || {
             let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
-            self.keep(key, spectrum.clone(), watch)?;
+            self.keep(key, spectrum.clone(), self.shapes.of(mesh).map(str::to_owned), watch)?;
             Ok(spectrum)
         };
         once((&self.store, &self.runtime), &self.store.spectrum_name(&key, k), watch, cached, compute)

@@ -12,6 +12,9 @@ pub enum StoreError {
         data_dir.display()
     )]
     Unnamed { data_dir: PathBuf },
+    /// The tables are those of another version of this program, which is running.
+    #[error("the server that has the data directory open is of another version than this program")]
+    OtherVersion,
     /// Blobs and database were never used together: what one says of the other is not true.
     #[error("the blobs at {place} are those of another database")]
     Foreign { place: String },

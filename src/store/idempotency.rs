@@ -56,9 +56,10 @@ pub enum Remembered {
 impl Store {
     /// The turn of a request under this key: one after the other, at whichever node they came, on one node in their order.
     pub async fn turn(&self, key: &str) -> Turn {
+        let key = self.tenant.own(key);
         let mutex = {
             let mut keys = self.turns.keys();
-            let waiting = keys.entry(key.to_owned()).or_default();
+            let waiting = keys.entry(key.clone()).or_default();
             waiting.upgrade().unwrap_or_else(|| {
                 let mutex = Arc::default();
                 *waiting = Arc::downgrade(&mutex);
@@ -66,8 +67,8 @@ impl Store {
             })
         };
         let guard = Some(mutex.lock_owned().await);
-        let _claim = if self.is_shared() { self.turn_of_node(key).await } else { None };
-        Turn { turns: self.turns.clone(), key: key.to_owned(), guard, _claim }
+        let _claim = if self.is_shared() { self.turn_of_node(&key).await } else { None };
+        Turn { turns: self.turns.clone(), key, guard, _claim }
     }
 
     /// The claim of the key among all nodes; nothing where the database cannot be asked, as who has the turn finds out next.
@@ -88,7 +89,7 @@ impl Store {
     pub async fn remembered(&self, key: &str, fingerprint: &str) -> Result<Remembered, StoreError> {
         let sql = "SELECT fingerprint, status, location, body FROM answers \
                    WHERE key = $1 AND expires_ms > (SELECT now_ms FROM clock)";
-        let Some(row) = sqlx::query(sql).bind(key).fetch_optional(&self.pool).await? else {
+        let Some(row) = sqlx::query(sql).bind(self.tenant.own(key)).fetch_optional(&self.pool).await? else {
             return Ok(Remembered::New);
         };
         if row.try_get::<&str, _>("fingerprint")? != fingerprint {
@@ -121,7 +122,7 @@ impl Store {
                    VALUES ($1, $2, $3, $4, $5, (SELECT now_ms FROM clock) + $6, $7) \
                    ON CONFLICT (key) DO NOTHING";
         sqlx::query(sql)
-            .bind(key)
+            .bind(self.tenant.own(key))
             .bind(fingerprint)
             .bind(i64::from(status))
             .bind(location)

@@ -8,6 +8,7 @@ use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
 
 use super::page;
+use crate::access::Tenant;
 
 /// Where a job stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -50,6 +51,8 @@ impl State {
 pub struct Job {
     /// A version 7 UUID.
     pub id: String,
+    /// Whose it is.
+    pub tenant: Tenant,
     /// What it does, by name.
     pub kind: String,
     /// The name under which no other job is queued until this one has ended.
@@ -60,7 +63,7 @@ pub struct Job {
     /// The shapes it needs.
     pub mesh: Option<String>,
     pub sketch: Option<String>,
-    /// Which it is of those of its kind that wait, from 1; nothing where it does not wait.
+    /// Which it is of those of its tenant and kind that wait, from 1; nothing where it does not wait.
     pub place: Option<i64>,
     /// How often it was claimed, and the token that fences off those who claimed it earlier.
     pub attempt: i64,
@@ -78,9 +81,9 @@ pub struct Job {
 
 impl Job {
     /// What is read of a row: all but the payload, which may be large and is the worker's alone.
-    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
+    pub(super) const COLUMNS: &str = "id, tenant, kind, dedupe, state, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
          CASE WHEN state = 'queued' THEN (SELECT count(*) FROM jobs AS ahead WHERE ahead.state = 'queued' \
-         AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
+         AND ahead.tenant = jobs.tenant AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
 
     /// The `Page::after` of the page that begins behind this job.
     pub fn cursor(&self) -> String {
@@ -93,6 +96,7 @@ impl<'r> FromRow<'r, AnyRow> for Job {
         let error: Option<&str> = row.try_get("error")?;
         Ok(Job {
             id: row.try_get("id")?,
+            tenant: row.try_get::<&str, _>("tenant")?.parse().map_err(sqlx::Error::decode)?,
             kind: row.try_get("kind")?,
             dedupe: row.try_get("dedupe")?,
             state: State::named(row.try_get("state")?).ok_or_else(unknown_state)?,

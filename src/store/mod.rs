@@ -4,6 +4,7 @@
 //! between the two leaves an unnamed blob and never a name without one.
 
 mod blobs;
+mod caches;
 mod changes;
 mod claims;
 mod database;
@@ -14,18 +15,23 @@ mod health;
 mod idempotency;
 mod identity;
 mod job;
+mod keys;
 mod notices;
 mod page;
 mod place;
 mod preparations;
 mod previews;
 mod queue;
+mod retention;
 mod sealed;
+mod secrets;
 mod shapes;
 mod spectra;
 mod sweep;
+mod tenancy;
 mod tensors;
 mod upgrade;
+mod usage;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -34,6 +40,7 @@ use sqlx::AnyPool;
 use tokio_util::task::AbortOnDropHandle;
 use uuid::Uuid;
 
+use crate::access::Tenant;
 use blobs::Blobs;
 use changes::Changes;
 pub use changes::{JobChanges, QueueChanges};
@@ -43,13 +50,19 @@ use directory::Directory;
 pub use error::{Lack, StoreError};
 pub use idempotency::{MEMORY, Remembered, Turn};
 pub use job::{Heartbeat, Job, Lease, NewJob, Places, Room, State, Submitted, problem};
+pub use keys::{KeyRow, Keys};
 pub use page::Page;
 pub use place::{BlobUrl, Config, DatabaseUrl};
 pub use queue::{LEASE, MAX_DEATHS, MAX_TRIES};
+pub use retention::{Gone, Retention};
 pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
 pub use spectra::SpectrumKey;
+pub use usage::Usage;
 
 /// The one door to what outlives the process. Clones share it; the last one dropped gives the data directory free.
+///
+/// Shapes, jobs and remembered answers are those of one tenant, see [`of`](Self::of). Whoever works on jobs and measures them
+/// has to do with those of all.
 #[derive(Clone)]
 pub struct Store {
     pool: AnyPool,
@@ -61,6 +74,9 @@ pub struct Store {
     directory: Option<Arc<Directory>>,
     /// Where it is shared, what hears of the changes of other nodes.
     _notices: Option<Arc<AbortOnDropHandle<()>>>,
+    tenant: Tenant,
+    /// Whether spectra and preparations are the same for all tenants.
+    shared_caches: bool,
 }
 
 impl Store {
@@ -93,7 +109,9 @@ impl Store {
         upgraded?;
         let pool = database::of_file(&directory.database(), database::SQLITE_CONNECTIONS).await?;
         let (changes, turns, directory) = (Arc::default(), Arc::default(), Some(directory));
-        let store = Store { pool, engine: Engine::Sqlite, blobs, changes, turns, directory, _notices: None };
+        let (tenant, shared_caches) = (Tenant::default(), false);
+        let (engine, _notices) = (Engine::Sqlite, None);
+        let store = Store { pool, engine, blobs, changes, turns, directory, _notices, tenant, shared_caches };
         store.pair().await?;
         store.forget_claims().await?;
         store.reap_all().await?;
@@ -117,8 +135,9 @@ impl Store {
         let (changes, turns): (Arc<Changes>, _) = (Arc::default(), Arc::default());
         let listener = Listener::at(url, &node).await?;
         let notices = tokio::spawn(notices::follow(listener, url.clone(), node, changes.clone()));
-        let notices = Some(Arc::new(AbortOnDropHandle::new(notices)));
-        let store = Store { pool, engine: Engine::Postgres, blobs, changes, turns, directory: None, _notices: notices };
+        let (engine, directory, _notices) = (Engine::Postgres, None, Some(Arc::new(AbortOnDropHandle::new(notices))));
+        let (tenant, shared_caches) = (Tenant::default(), false);
+        let store = Store { pool, engine, blobs, changes, turns, directory, _notices, tenant, shared_caches };
         store.pair().await?;
         Ok(store)
     }

@@ -38,8 +38,9 @@ impl Store {
     /// What the database said.
     pub async fn previewed(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
         let sql = "SELECT body FROM previews JOIN jobs ON jobs.id = previews.job \
-                   AND jobs.attempt = previews.attempt AND jobs.state = 'running' WHERE jobs.id = $1";
-        let body: Option<Vec<u8>> = sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?;
+                   AND jobs.attempt = previews.attempt AND jobs.state = 'running' WHERE jobs.id = $1 AND jobs.tenant = $2";
+        let body: Option<Vec<u8>> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         Ok(body.map(Bytes::from))
     }
 }

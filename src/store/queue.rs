@@ -9,6 +9,7 @@ use super::{
     Heartbeat, Job, Lease, NewJob, Page, Places, Room, State, Store, StoreError, Submitted, idempotency, milliseconds,
     problem,
 };
+use crate::access::Tenant;
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
@@ -42,7 +43,7 @@ impl Store {
     /// What the database said.
     pub async fn submit(&self, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
         let mut transaction = self.engine.alone(&self.pool).await?;
-        let submitted = enqueue(&mut transaction, job, places).await?;
+        let submitted = enqueue(&mut transaction, &self.tenant, job, places).await?;
         transaction.commit().await?;
         if matches!(submitted, Submitted::Taken(_)) {
             self.changes.tell_of_queue();
@@ -55,8 +56,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn payload(&self, id: &str) -> Result<Option<String>, StoreError> {
-        let sql = "SELECT payload FROM jobs WHERE id = $1";
-        Ok(sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?)
+        let sql = "SELECT payload FROM jobs WHERE id = $1 AND tenant = $2";
+        Ok(sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }
 
     /// Why the latest job of this name failed, if it did so within `lately`.
@@ -69,11 +70,11 @@ impl Store {
              AND state = 'failed' AND finished_ms > (SELECT now_ms FROM clock) - $2",
             Job::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(milliseconds(lately));
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(self.tenant.own(dedupe)).bind(milliseconds(lately));
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Number of jobs of a kind that wait for a worker.
+    /// Number of jobs of a kind that wait for a worker, whose they are.
     ///
     /// # Errors
     /// What the database said.
@@ -87,8 +88,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
-        let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).fetch_optional(&self.pool).await?)
+        let sql = format!("SELECT {} FROM jobs WHERE id = $1 AND tenant = $2", Job::COLUMNS);
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }
 
     /// Jobs of one kind, newest first.
@@ -98,11 +99,12 @@ impl Store {
     pub async fn jobs(&self, kind: &str, page: &Page) -> Result<Vec<Job>, StoreError> {
         let (created_ms, id) = page.bound()?;
         let sql = format!(
-            "SELECT {} FROM jobs WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
+            "SELECT {} FROM jobs WHERE tenant = $5 AND kind = $1 AND (created_ms, id) < ($2, $3) \
              ORDER BY created_ms DESC, id DESC LIMIT $4",
             Job::COLUMNS
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(kind).bind(created_ms).bind(id).bind(i64::from(page.limit));
+        let query = query.bind(self.tenant.as_str());
         Ok(query.fetch_all(&self.pool).await?)
     }
 
@@ -168,7 +170,12 @@ impl Store {
 
     /// Why an attempt no longer holds its job.
     pub(super) async fn ended(&self, lease: &Lease) -> Result<Heartbeat, StoreError> {
-        let ended = self.job(&lease.job.id).await?.filter(|job| job.attempt == lease.job.attempt).map(|job| job.state);
+        let ended = self
+            .of(&lease.job.tenant)
+            .job(&lease.job.id)
+            .await?
+            .filter(|job| job.attempt == lease.job.attempt)
+            .map(|job| job.state);
         Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
@@ -178,19 +185,24 @@ impl Store {
     /// What the disk or the database said; the job is then still running.
     pub async fn succeed(&self, lease: &Lease, result: Bytes) -> Result<bool, StoreError> {
         let Job { id, attempt, .. } = &lease.job;
-        let name = format!("results/{id}/{attempt}");
+        let (name, bytes) = (format!("results/{id}/{attempt}"), i64::try_from(result.len()).unwrap_or(i64::MAX));
         self.blobs.put_once(&name, result).await?;
-        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, stage = 'finished', fraction = 1, \
+        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, bytes = $4, stage = 'finished', fraction = 1, \
                    revision = revision + 1, lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";
-        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name);
+        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name).bind(bytes);
         let published = self.changed(id, State::Succeeded, query).await?;
         // A lease that published before is refused too, but then the job names this very blob.
-        let named = "SELECT id FROM jobs WHERE id = $1 AND result = $2";
-        if !published && sqlx::query(named).bind(id).bind(&name).fetch_optional(&self.pool).await?.is_none() {
+        if !published && !self.names_result(id, &name).await? {
             self.blobs.delete(&name).await?;
         }
         Ok(published)
+    }
+
+    /// Whether this blob is the result of the job.
+    async fn names_result(&self, id: &str, blob: &str) -> Result<bool, StoreError> {
+        let sql = "SELECT count(*) FROM jobs WHERE id = $1 AND result = $2";
+        Ok(sqlx::query_scalar::<_, i64>(sql).bind(id).bind(blob).fetch_one(&self.pool).await? > 0)
     }
 
     /// Ends the job with an error; false when the lease was lost.
@@ -251,8 +263,9 @@ impl Store {
     /// What the database said.
     pub async fn cancel(&self, id: &str) -> Result<Option<Job>, StoreError> {
         let sql = "UPDATE jobs SET state = 'cancelled', revision = revision + 1, lease_ms = NULL, \
-                   finished_ms = (SELECT now_ms FROM clock) WHERE id = $1 AND state IN ('queued', 'running')";
-        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id)).await?;
+                   finished_ms = (SELECT now_ms FROM clock) \
+                   WHERE id = $1 AND tenant = $2 AND state IN ('queued', 'running')";
+        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id).bind(self.tenant.as_str())).await?;
         self.job(id).await
     }
 
@@ -261,9 +274,11 @@ impl Store {
     /// # Errors
     /// What the database or the disk said.
     pub async fn delete(&self, id: &str) -> Result<bool, StoreError> {
-        let sql = "DELETE FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'cancelled') RETURNING result";
+        let sql = "DELETE FROM jobs WHERE id = $1 AND tenant = $2 AND state IN ('succeeded', 'failed', 'cancelled') \
+                   RETURNING result";
         let mut transaction = self.pool.begin().await?;
-        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).fetch_all(&mut *transaction).await?;
+        let results: Vec<Option<String>> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
         if results.is_empty() {
             return Ok(false);
         }
@@ -281,11 +296,14 @@ impl Store {
     /// # Errors
     /// [`StoreError::LostResult`]; what the database or the disk said.
     pub async fn result(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
-        let sql = "SELECT result FROM jobs WHERE id = $1 AND result IS NOT NULL";
-        let name: Option<String> = sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?;
+        let sql = "SELECT result FROM jobs WHERE id = $1 AND tenant = $2 AND result IS NOT NULL";
+        let name: Option<String> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         let Some(name) = name else { return Ok(None) };
         let lost = |reason: String| StoreError::LostResult { job: id.to_owned(), reason };
         match self.blobs.read(&name).await {
+            // It was let go of since its name was read.
+            Ok(None) if !self.names_result(id, &name).await? => Ok(None),
             Ok(None) => Err(lost(format!("{name} is missing"))),
             Err(StoreError::Damaged { what, reason }) => Err(lost(format!("{what}: {reason}"))),
             read => read,
@@ -347,37 +365,42 @@ impl Store {
 /// [`alone`](super::database::Engine::alone), as is that of whoever deletes a shape.
 pub(super) async fn enqueue(
     transaction: &mut Transaction<'_, Any>,
+    tenant: &Tenant,
     job: &NewJob<'_>,
     places: Places,
 ) -> Result<Submitted, StoreError> {
     let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, bytes_per_vertex } = *job;
     let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
-    let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, state, created_ms, memory) \
-                  SELECT $1, $2, $3, $4, $5, $6, $10, 'queued', now_ms, \
-                  $11 * COALESCE((SELECT max(vertices) FROM shapes WHERE id IN ($5, $6)), 0) FROM clock \
+    let dedupe = dedupe.map(|name| tenant.own(name));
+    let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms, memory) \
+                  SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms, \
+                  $12 * COALESCE((SELECT max(vertices) FROM shapes WHERE id IN ($5, $6)), 0) FROM clock \
                   WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
                   AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
-                  AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5)) \
-                  AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6)) \
+                  AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
+                  AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6 AND tenant = $11)) \
                   AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
                   ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
     let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
-    let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
+    let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
     let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
-    let query = query.bind(count(bytes_per_vertex));
+    let query = query.bind(tenant.as_str()).bind(count(bytes_per_vertex));
     if query.execute(&mut **transaction).await?.rows_affected() == 1 {
         let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
         let job = sqlx::query_as(AssertSqlSafe(sql)).bind(&id).fetch_one(&mut **transaction).await?;
+        let used = "UPDATE shapes SET used_ms = (SELECT now_ms FROM clock) WHERE id = $1 OR id = $2";
+        sqlx::query(used).bind(mesh).bind(sketch).execute(&mut **transaction).await?;
         return Ok(Submitted::Taken(Box::new(job)));
     }
-    if let Some(dedupe) = dedupe
+    if let Some(dedupe) = &dedupe
         && let Some(same) = named(transaction, dedupe, taken_ms).await?
     {
         return Ok(Submitted::Taken(Box::new(same)));
     }
-    let there = "SELECT count(*) FROM clock WHERE ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1)) \
-                 AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2))";
-    let there: i64 = sqlx::query_scalar(there).bind(mesh).bind(sketch).fetch_one(&mut **transaction).await?;
+    let there = "SELECT count(*) FROM clock WHERE ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1 AND tenant = $3)) \
+                 AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2 AND tenant = $3))";
+    let there = sqlx::query_scalar::<_, i64>(there).bind(mesh).bind(sketch).bind(tenant.as_str());
+    let there = there.fetch_one(&mut **transaction).await?;
     Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
 }
 

@@ -8,6 +8,7 @@ use uuid::Uuid;
 use super::geometry::{self, Encoded};
 use super::queue::enqueue;
 use super::{NewJob, Page, Places, Store, StoreError, Submitted, blocking, idempotency, page};
+use crate::access::Tenant;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 
@@ -42,9 +43,14 @@ pub struct Source {
 impl Source {
     /// The id of an upload: the kind, an underscore and 32 hexadecimal digits of a hash of the file, of how it was read,
     /// and of the geometry that was read, so that an id stands for one geometry even where another version of this
-    /// program reads the file otherwise.
-    fn id(&self, kind: Kind, geometry: &str) -> String {
-        let mut hasher = blake3::Hasher::new();
+    /// program reads the file otherwise. Every tenant has a hash of its own, the default one that of before there were
+    /// tenants.
+    fn id(&self, kind: Kind, geometry: &str, tenant: &Tenant) -> String {
+        let mut hasher = if *tenant == Tenant::default() {
+            blake3::Hasher::new()
+        } else {
+            blake3::Hasher::new_derive_key(&format!("sketchmatch 2026 id of a shape of the tenant {tenant}"))
+        };
         for part in [&self.media_type, &self.parameters, geometry] {
             hasher.update(&(part.len() as u64).to_le_bytes()).update(part.as_bytes());
         }
@@ -56,6 +62,7 @@ impl Source {
 /// A shape that has its id and is not kept yet.
 pub struct Unkept {
     id: String,
+    tenant: Tenant,
     kind: Kind,
     geometry: Encoded,
     source: Source,
@@ -69,26 +76,25 @@ impl Unkept {
         &self.id
     }
 
-    /// Names a shape whose geometry `encode` takes its time to write.
+    /// Bytes that keeping it takes: its file and what was read of it.
+    pub fn bytes(&self) -> usize {
+        self.source.bytes.len() + self.geometry.bytes.len()
+    }
+
+    /// Names a shape of a tenant, whose geometry `encode` takes its time to write.
     async fn of(
+        tenant: &Tenant,
         kind: Kind,
         encode: impl FnOnce() -> Result<Encoded, StoreError> + Send + 'static,
         source: Source,
         body: Value,
     ) -> Result<Unkept, StoreError> {
+        let tenant = tenant.clone();
         let named = move || {
             let geometry = encode()?;
-            Ok(Unkept { id: source.id(kind, &geometry.name), kind, geometry, source, body })
+            Ok(Unkept { id: source.id(kind, &geometry.name, &tenant), tenant, kind, geometry, source, body })
         };
         blocking(named).await
-    }
-
-    /// A sketch that was drawn in a request, as [`Store::insert_sketch`] would keep it.
-    ///
-    /// # Errors
-    /// Where its geometry cannot be written.
-    pub async fn sketch(sketch: Sketch, source: Source, body: Value) -> Result<Unkept, StoreError> {
-        Unkept::of(Kind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
     }
 }
 
@@ -132,6 +138,8 @@ pub struct Shape {
     pub triangles: usize,
     /// Milliseconds since 1970 by the database's clock.
     pub created_ms: i64,
+    /// When it goes by itself, likewise; nothing where it stays.
+    pub expires_ms: Option<i64>,
     /// Which geometry was read of it.
     geometry: String,
     /// The blob it is in.
@@ -142,7 +150,7 @@ pub struct Shape {
 
 impl Shape {
     const COLUMNS: &str =
-        "id, kind, name, body, created_ms, geometry, geometry_blob, file, media_type, vertices, triangles";
+        "id, kind, name, body, created_ms, expires_ms, geometry, geometry_blob, file, media_type, vertices, triangles";
 
     /// The `Page::after` of the page that begins behind this shape.
     pub fn cursor(&self) -> String {
@@ -173,6 +181,7 @@ impl<'r> FromRow<'r, AnyRow> for Shape {
             vertices: size("vertices")?,
             triangles: size("triangles")?,
             created_ms: row.try_get("created_ms")?,
+            expires_ms: row.try_get("expires_ms")?,
             geometry: row.try_get("geometry")?,
             geometry_blob: row.try_get("geometry_blob")?,
             file: file.zip(media_type),
@@ -210,6 +219,14 @@ impl Store {
         self.insert(Kind::Sketch, move || geometry::of_sketch(&sketch), source, name, body).await
     }
 
+    /// A sketch that was drawn in a request, as [`insert_sketch`](Self::insert_sketch) would keep it.
+    ///
+    /// # Errors
+    /// Where its geometry cannot be written.
+    pub async fn unkept(&self, sketch: Sketch, source: Source, body: Value) -> Result<Unkept, StoreError> {
+        Unkept::of(&self.tenant, Kind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
+    }
+
     /// Keeps a shape whose geometry `encode` takes its time to write.
     async fn insert(
         &self,
@@ -219,7 +236,7 @@ impl Store {
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        let shape = Unkept::of(kind, encode, source, body).await?;
+        let shape = Unkept::of(&self.tenant, kind, encode, source, body).await?;
         let (store, name) = (self.clone(), name.map(str::to_owned));
         // Carried through even where who asked for it hangs up: a blob is not to be left without its row.
         let kept = tokio::spawn(async move { store.keep(&shape, name.as_deref()).await });
@@ -250,7 +267,7 @@ impl Store {
             let written = self.write(&shape).await?;
             let mut transaction = self.engine.alone(&self.pool).await?;
             let Some((_, new)) = name_blobs(&mut transaction, &shape, &written, None).await? else { continue };
-            let submitted = enqueue(&mut transaction, job, places).await?;
+            let submitted = enqueue(&mut transaction, &self.tenant, job, places).await?;
             let taken = matches!(submitted, Submitted::Taken(_));
             if taken {
                 transaction.commit().await?;
@@ -297,8 +314,9 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn rename(&self, kind: Kind, id: &str, name: Option<&str>) -> Result<Option<Shape>, StoreError> {
-        let sql = "UPDATE shapes SET name = $3 WHERE id = $1 AND kind = $2";
-        sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).execute(&self.pool).await?;
+        let sql = "UPDATE shapes SET name = $3 WHERE id = $1 AND kind = $2 AND tenant = $4";
+        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(self.tenant.as_str());
+        query.execute(&self.pool).await?;
         self.shape(kind, id).await
     }
 
@@ -308,13 +326,27 @@ impl Store {
     /// # Errors
     /// What the database or the disk said.
     pub async fn delete_shape(&self, kind: Kind, id: &str) -> Result<Deletion, StoreError> {
+        self.delete_shape_unused(kind, id, None).await
+    }
+
+    /// The same, only where the shape is temporary and its time is over, or where it was not asked for within so many
+    /// milliseconds.
+    pub(super) async fn delete_shape_unused(
+        &self,
+        kind: Kind,
+        id: &str,
+        within_ms: Option<i64>,
+    ) -> Result<Deletion, StoreError> {
         let mut transaction = self.engine.alone(&self.pool).await?;
         let sql = format!(
-            "DELETE FROM shapes WHERE id = $1 AND kind = $2 AND NOT EXISTS (SELECT 1 FROM jobs \
-             WHERE state IN ('queued', 'running') AND (mesh = $1 OR sketch = $1)) RETURNING {}",
+            "DELETE FROM shapes WHERE id = $1 AND kind = $2 AND tenant = $3 AND NOT EXISTS (SELECT 1 FROM jobs \
+             WHERE state IN ('queued', 'running') AND (mesh = $1 OR sketch = $1)) \
+             AND ($4 IS NULL OR used_ms <= (SELECT now_ms FROM clock) - $4 \
+             OR expires_ms <= (SELECT now_ms FROM clock)) RETURNING {}",
             Shape::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(kind.as_str());
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(kind.as_str()).bind(self.tenant.as_str());
+        let query = query.bind(within_ms);
         let deleted: Vec<Shape> = query.fetch_all(&mut *transaction).await?;
         let Some(shape) = deleted.into_iter().next() else {
             drop(transaction);
@@ -323,6 +355,7 @@ impl Store {
         idempotency::forget(&mut transaction, id).await?;
         transaction.commit().await?;
         self.delete_blobs(&shape).await?;
+        self.free_caches(id).await?;
         Ok(Deletion::Done)
     }
 
@@ -346,8 +379,9 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn shape(&self, kind: Kind, id: &str) -> Result<Option<Shape>, StoreError> {
-        let sql = format!("SELECT {} FROM shapes WHERE id = $1 AND kind = $2", Shape::COLUMNS);
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(kind.as_str()).fetch_optional(&self.pool).await?)
+        let sql = format!("SELECT {} FROM shapes WHERE id = $1 AND kind = $2 AND tenant = $3", Shape::COLUMNS);
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(kind.as_str()).bind(self.tenant.as_str());
+        Ok(query.fetch_optional(&self.pool).await?)
     }
 
     /// Shapes of one kind, newest first.
@@ -357,12 +391,12 @@ impl Store {
     pub async fn shapes(&self, kind: Kind, page: &Page) -> Result<Vec<Shape>, StoreError> {
         let (created_ms, id) = page.bound()?;
         let sql = format!(
-            "SELECT {} FROM shapes WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
+            "SELECT {} FROM shapes WHERE tenant = $5 AND kind = $1 AND (created_ms, id) < ($2, $3) \
              ORDER BY created_ms DESC, id DESC LIMIT $4",
             Shape::COLUMNS
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(kind.as_str()).bind(created_ms).bind(id);
-        let query = query.bind(i64::from(page.limit));
+        let query = query.bind(i64::from(page.limit)).bind(self.tenant.as_str());
         Ok(query.fetch_all(&self.pool).await?)
     }
 
@@ -417,21 +451,22 @@ async fn name_blobs(
     written: &Written,
     name: Option<&str>,
 ) -> Result<Option<(Shape, bool)>, StoreError> {
-    let Unkept { id, kind, geometry, source, body } = shape;
+    let Unkept { id, tenant, kind, geometry, source, body } = shape;
     let body = body.to_string();
     let mut new = false;
     if written.fresh {
         let sql = "INSERT INTO shapes (id, kind, name, body, geometry, geometry_blob, file, media_type, vertices, \
-                   triangles, created_ms) \
-                   VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, (SELECT now_ms FROM clock)) \
+                   triangles, tenant, bytes, created_ms, used_ms) \
+                   SELECT $1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, now_ms, now_ms FROM clock WHERE true \
                    ON CONFLICT (id) DO NOTHING";
         let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(&body).bind(&geometry.name);
         let query = query.bind(&written.geometry).bind(&written.file).bind(&source.media_type);
-        let query = query.bind(geometry.vertices as i64).bind(geometry.triangles as i64);
+        let query = query.bind(geometry.vertices as i64).bind(geometry.triangles as i64).bind(tenant.as_str());
+        let query = query.bind(shape.bytes() as i64);
         new = query.execute(&mut **transaction).await?.rows_affected() == 1;
     }
     if !new {
-        let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3 WHERE id = $1";
+        let sql = "UPDATE shapes SET name = COALESCE($2, name), body = $3, used_ms = (SELECT now_ms FROM clock) WHERE id = $1";
         sqlx::query(sql).bind(id).bind(name).bind(&body).execute(&mut **transaction).await?;
     }
     let sql = format!("SELECT {} FROM shapes WHERE id = $1", Shape::COLUMNS);

@@ -9,6 +9,9 @@ use super::directory::Directory;
 /// The first migration of a version that puts a checksum behind every blob.
 const SEALED: i64 = 3;
 
+/// The first migration of a version that knows for which shapes caches were made.
+const CACHES_OF_SHAPES: i64 = 9;
+
 /// Brings the tables of a file, and blobs of an earlier version, up to the present. Ended in the middle, it goes on at the next start.
 ///
 /// # Errors
@@ -22,10 +25,14 @@ pub(super) async fn run(pool: &AnyPool, blobs: &Blobs, directory: &Directory) ->
         tracing::info!("checksums are put behind the blobs of the version before");
         seal(blobs).await?;
     }
+    if (1..CACHES_OF_SHAPES).contains(&version) {
+        // They would never be freed, and are computed anew.
+        forget_caches(blobs).await?;
+    }
     Engine::Sqlite.migrate(pool).await
 }
 
-/// Puts checksums behind what cannot be made anew and forgets what can: nothing tells whether that is whole.
+/// Puts checksums behind what cannot be made anew.
 async fn seal(blobs: &Blobs) -> Result<(), StoreError> {
     for name in blobs.names("shapes").await? {
         // Whether it is whole is told by its name when it is read.
@@ -34,6 +41,10 @@ async fn seal(blobs: &Blobs) -> Result<(), StoreError> {
     for name in blobs.names("results").await? {
         blobs.seal(&name, |bytes| serde_json::from_slice::<IgnoredAny>(bytes).is_ok()).await?;
     }
+    Ok(())
+}
+
+async fn forget_caches(blobs: &Blobs) -> Result<(), StoreError> {
     for folder in ["spectra", "preparations"] {
         for name in blobs.names(folder).await? {
             blobs.delete(&name).await?;

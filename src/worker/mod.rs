@@ -23,7 +23,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::jobs::{self, Bench, Failure, Outcome, Progress};
-use crate::store::{LEASE, Lease, Store};
+use crate::store::{Gone, LEASE, Lease, Retention, Store};
 use admission::Admission;
 use shares::Shares;
 use workshop::Workshop;
@@ -34,6 +34,9 @@ const POLL: Duration = Duration::from_secs(1);
 /// How often blobs that nothing names are looked for, and how old they have to be: nobody who writes one takes as long to
 /// name it.
 const SWEEP: Duration = Duration::from_secs(3600);
+
+/// How often what was kept for its time is looked for: what is temporary goes within this of its end.
+const LET_GO: Duration = Duration::from_secs(60);
 
 /// How long running jobs may go on after the stop: with what follows it fits the 10 s that `docker stop` waits.
 const GRACE: Duration = Duration::from_secs(6);
@@ -47,6 +50,8 @@ pub struct Config {
     pub grace: Duration,
     /// How long a job may take, after which it fails.
     pub longest_job: Duration,
+    /// How long things are kept.
+    pub retention: Retention,
     /// Bytes of memory that running jobs may take together, as estimated; one that takes more by itself runs alone.
     pub memory: u64,
 }
@@ -54,7 +59,13 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Config {
         let workers = thread::available_parallelism().map_or(1, NonZero::get);
-        Config { workers, grace: GRACE, longest_job: Duration::from_secs(3600), memory: 8 << 30 }
+        Config {
+            workers,
+            grace: GRACE,
+            longest_job: Duration::from_secs(3600),
+            memory: 8 << 30,
+            retention: Retention::default(),
+        }
     }
 }
 
@@ -81,7 +92,8 @@ async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &Cancellation
     tokio::join!(
         claim_until(shutdown, workshop, &attempts, config),
         reap_until(shutdown, workshop.store()),
-        sweep_until(shutdown, workshop.store())
+        sweep_until(shutdown, workshop.store()),
+        let_go_until(shutdown, workshop.store(), &config.retention)
     );
     attempts.close();
     if timeout(config.grace, attempts.wait()).await.is_err() {
@@ -152,6 +164,20 @@ async fn sweep_until(shutdown: &CancellationToken, store: &Store) {
             Some(Err(error)) => tracing::error!(%error, "the blobs cannot be swept"),
             Some(Ok(blobs)) => tracing::debug!(blobs, "the blobs are swept"),
             None => {}
+        }
+    }
+}
+
+/// Deletes what was kept for its time.
+async fn let_go_until(shutdown: &CancellationToken, store: &Store, retention: &Retention) {
+    while shutdown.run_until_cancelled(sleep(LET_GO)).await.is_some() {
+        match shutdown.run_until_cancelled(store.let_go(retention)).await {
+            Some(Ok(gone)) if gone != Gone::default() => {
+                let Gone { results, jobs, uploads } = gone;
+                tracing::info!(results, jobs, uploads, "what was kept for its time is deleted");
+            }
+            Some(Err(error)) => tracing::error!(%error, "what was kept for its time cannot be deleted"),
+            _ => {}
         }
     }
 }

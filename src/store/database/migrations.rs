@@ -7,7 +7,7 @@ type File = (i64, &'static str, &'static str);
 
 /// Every migration in its order; a new one is a new file and a new line, an old one is never edited. One number makes the
 /// same of the tables of both engines.
-const SQLITE: [File; 10] = [
+const SQLITE: [File; 12] = [
     (1, "store", include_str!("../../../migrations/sqlite/0001_store.sql")),
     (2, "jobs by key", include_str!("../../../migrations/sqlite/0002_jobs_by_key.sql")),
     (3, "uploads", include_str!("../../../migrations/sqlite/0003_uploads.sql")),
@@ -15,14 +15,18 @@ const SQLITE: [File; 10] = [
     (5, "names of jobs", include_str!("../../../migrations/sqlite/0005_names_of_jobs.sql")),
     (6, "answers by key", include_str!("../../../migrations/sqlite/0006_answers_by_key.sql")),
     (7, "sizes of shapes", include_str!("../../../migrations/sqlite/0007_sizes_of_shapes.sql")),
+    (8, "keys", include_str!("../../../migrations/sqlite/0008_keys.sql")),
+    (9, "tenants", include_str!("../../../migrations/sqlite/0009_tenants.sql")),
     (10, "nodes", include_str!("../../../migrations/sqlite/0010_nodes.sql")),
     (11, "previews", include_str!("../../../migrations/sqlite/0011_previews.sql")),
     (12, "admission", include_str!("../../../migrations/sqlite/0012_admission.sql")),
 ];
 
 /// PostgreSQL came with the seventh.
-const POSTGRES: [File; 4] = [
+const POSTGRES: [File; 6] = [
     (7, "store", include_str!("../../../migrations/postgres/0007_store.sql")),
+    (8, "keys", include_str!("../../../migrations/postgres/0008_keys.sql")),
+    (9, "tenants", include_str!("../../../migrations/postgres/0009_tenants.sql")),
     (10, "nodes", include_str!("../../../migrations/postgres/0010_nodes.sql")),
     (11, "previews", include_str!("../../../migrations/postgres/0011_previews.sql")),
     (12, "admission", include_str!("../../../migrations/postgres/0012_admission.sql")),

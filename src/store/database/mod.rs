@@ -46,6 +46,16 @@ impl Engine {
         Ok(migrations::of(self).run(pool).await?)
     }
 
+    /// Ok where the tables are those of this program.
+    ///
+    /// # Errors
+    /// [`StoreError::OtherVersion`]; what the database said.
+    pub async fn up_to_date(self, pool: &AnyPool) -> Result<(), StoreError> {
+        let (found, ours) =
+            (self.version(pool).await?, migrations::of(self).iter().map(|migration| migration.version).max());
+        if Some(found) == ours { Ok(()) } else { Err(StoreError::OtherVersion) }
+    }
+
     /// The last migration the tables have seen; 0 where there are none.
     ///
     /// # Errors

@@ -261,7 +261,7 @@ async fn whoever_deletes_a_shape_while_others_upload_it_leaves_no_row_without_it
 #[tokio::test]
 async fn a_shape_that_comes_with_a_job_is_kept_where_the_job_is_taken() {
     on_every_database(async |_, store| {
-        let drawn = async || Unkept::sketch(drawing(YAxis::Up), source("a"), json!({})).await.unwrap();
+        let drawn = async || store.unkept(drawing(YAxis::Up), source("a"), json!({})).await.unwrap();
         let id = drawn().await.id().to_owned();
         let job = NewJob { sketch: Some(&id), ..NewJob::of("match", "{}") };
         let full = Places { queue: 0, of_kind: 0 };
