@@ -81,6 +81,7 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(regularisers::list))
         .routes(routes!(regularisers::read))
         .routes(routes!(regularisers::terms))
+        .routes(routes!(regularisers::bases))
         .routes(routes!(health::alive))
         .routes(routes!(health::ready))
         .routes(routes!(health::measures));
