@@ -71,6 +71,10 @@ pub mod transfer;
 #[cfg(feature = "service")]
 pub mod fitting;
 
+/// Who may do what: tenants, scopes, and the keys that open them.
+#[cfg(feature = "service")]
+pub mod access;
+
 /// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
 #[cfg(feature = "service")]
 pub mod store;

@@ -6,11 +6,15 @@ mod evaluate_all;
 mod example;
 mod experiment;
 mod health;
+mod keys;
 mod matching;
 mod output;
 mod reading;
 mod serve;
+mod signals;
+mod sweep;
 mod weigh;
+mod work;
 
 use std::fs;
 use std::io::{Write, stdin, stdout};
@@ -27,11 +31,14 @@ use evaluate_all::EvaluateAllOptions;
 use example::ExampleOptions;
 use experiment::ExperimentOptions;
 use health::HealthOptions;
+use keys::KeysOptions;
 use matching::MatchOptions;
 use reading::ReadOptions;
 use sketchmatch::http::openapi;
 use sketchmatch::intake::svg_reader;
+use sweep::SweepOptions;
 use weigh::WeighOptions;
+use work::WorkOptions;
 
 /// Matches 2D sketches to 3D meshes by functional maps.
 #[derive(Debug, Parser)]
@@ -49,7 +56,13 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Serves the REST interface, with its workers in the process.
-    Serve(ServeOptions),
+    Serve(Box<ServeOptions>),
+    /// Makes and ends the keys of those who may use a server.
+    Keys(KeysOptions),
+    /// Computes what servers with the same store are asked for.
+    Work(WorkOptions),
+    /// Sets aside the blobs that nothing names.
+    Sweep(SweepOptions),
     /// Matches a sketch to a mesh without a server.
     Match(MatchOptions),
     /// Draws what is seen in a sketch over it, without a server.
@@ -83,6 +96,9 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     let log = telemetry::log(&log, log_format)?;
     match command {
         Command::Serve(options) => serve::run(&options, &log),
+        Command::Keys(options) => keys::run(options),
+        Command::Work(options) => work::run(&options),
+        Command::Sweep(options) => sweep::run(&options),
         Command::Match(options) => matching::run(&options),
         Command::Read(options) => reading::run(&options),
         Command::Example(options) => example::run(&options),
@@ -118,13 +134,15 @@ mod tests {
 
     #[test]
     fn every_option_has_its_variable() {
-        for command in Cli::command().get_subcommands() {
+        let mut commands: Vec<clap::Command> = Cli::command().get_subcommands().cloned().collect();
+        while let Some(command) = commands.pop() {
             let options =
                 command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
             for option in options {
                 let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
             }
+            commands.extend(command.get_subcommands().cloned());
         }
     }
 }

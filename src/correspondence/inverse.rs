@@ -5,7 +5,7 @@ use faer::{Mat, MatRef};
 use super::points;
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Unwatched, Watch};
 
 /// How far along the surface a point answers for the mesh round it, in units of √area: as far as pictures colour it.
 const REACH: f64 = 0.12;
@@ -16,7 +16,7 @@ const REACH: f64 = 0.12;
 /// # Panics
 /// Where an answer is not a vertex of the mesh.
 pub fn of_points(mesh: &TriangleMesh, answers: &[u32]) -> Vec<Option<usize>> {
-    Marching::new(mesh).cells_within(answers, REACH * mesh.area().sqrt())
+    Marching::new(mesh).cells_within(answers, REACH * mesh.area().sqrt(), &Unwatched).expect("nobody says stop")
 }
 
 /// For every vertex y of the mesh argmin_x ‖C φ(x) − ψ(y)‖: the nearest neighbour of row y of Ψ (n × l) among the columns of

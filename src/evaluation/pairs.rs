@@ -10,6 +10,7 @@ use super::Fault;
 use super::measures::{Measures, mean, thresholds, unbounded};
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
+use crate::numerics::Unwatched;
 
 /// The vertex of a point whose truth is not known.
 const UNKNOWN: i64 = -1;
@@ -206,7 +207,7 @@ impl<'a> Judge<'a> {
             return known.clone();
         }
         let sources: Vec<u32> = self.mesh.sound_vertices(answer).collect();
-        let all = self.marching.distances(&sources);
+        let all = self.marching.distances(&sources, &Unwatched).expect("nobody says stop");
         let to = |&end: &u32| self.mesh.sound_vertices(end).map(|v| all[v as usize]).fold(f64::INFINITY, f64::min);
         let distances: Arc<[f64]> = self.ends.iter().map(to).collect();
         self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(answer, distances.clone());

@@ -5,6 +5,7 @@ use crate::mesh::TriangleMesh;
 use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
+use crate::numerics::Unwatched;
 use crate::regions::Regions;
 
 /// How far from a true vertex the mesh is in its region, in units of √area.
@@ -28,7 +29,12 @@ pub fn of_truth(
     let plane = Marching::new(flat);
     let cells = cells(&plane, &vertices, count);
     let labelled = |cell: Option<usize>| cell.map_or(Regions::NONE, |point| cells[point] as i32);
-    let sketch = plane.cells_within(&vertices, f64::INFINITY).into_iter().map(labelled).collect();
+    let sketch = plane
+        .cells_within(&vertices, f64::INFINITY, &Unwatched)
+        .expect("nobody says stop")
+        .into_iter()
+        .map(labelled)
+        .collect();
 
     let variants: &[&str] = if truth.side { &["front"] } else { &["front", "back"] };
     let known = |variant: &&str| {
@@ -37,7 +43,9 @@ pub fn of_truth(
     };
     let (points, sources): (Vec<usize>, Vec<u32>) = variants.iter().flat_map(known).unzip();
     let surface = mesh.sound();
-    let near = Marching::new(surface).cells_within(&sources, REACH * surface.area().sqrt());
+    let near = Marching::new(surface)
+        .cells_within(&sources, REACH * surface.area().sqrt(), &Unwatched)
+        .expect("nobody says stop");
     let of_file = |vertex: u32| mesh.sound_vertices(vertex).next().and_then(|own| near[own as usize]);
     let solid = (0..mesh.positions().len() as u32).map(|v| labelled(of_file(v).map(|source| points[source]))).collect();
     [sketch, solid]
@@ -48,7 +56,7 @@ fn cells(plane: &Marching, vertices: &[u32], count: usize) -> Vec<usize> {
     let away: Vec<Vec<f64>> = vertices
         .iter()
         .map(|&v| {
-            let distances = plane.distances(&[v]);
+            let distances = plane.distances(&[v], &Unwatched).expect("nobody says stop");
             vertices.iter().map(|&w| distances[w as usize]).collect()
         })
         .collect();

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use super::view::{FRAME, Projection};
 use super::*;
 use crate::geometry::{cross, dot, doubled_area, subtract, triangle_area};
+use crate::numerics::Unwatched;
 
 fn made(creature: Creature, vertices: usize) -> (TriangleMesh, Silhouette) {
     let mesh = creature.mesh(vertices).unwrap();
@@ -36,7 +37,13 @@ fn meshes_are_closed_spheres_wound_outwards() {
         assert!(uses.iter().all(|(&(a, b), &uses_of_edge)| uses_of_edge == 1 && uses.get(&(b, a)) == Some(&1)));
         // One component of genus 0 has the Euler characteristic 2, and everything is reached from everywhere.
         assert_eq!(n + mesh.triangles().len() - uses.len() / 2, 2);
-        assert!(crate::mesh::geodesics::Marching::new(&mesh).distances(&[0]).iter().all(|d| d.is_finite()));
+        assert!(
+            crate::mesh::geodesics::Marching::new(&mesh)
+                .distances(&[0], &Unwatched)
+                .unwrap()
+                .iter()
+                .all(|d| d.is_finite())
+        );
         let volume: f64 =
             mesh.triangles().iter().map(|&t| corners(&mesh, t)).map(|[a, b, c]| dot(a, cross(b, c)) / 6.0).sum();
         assert!(volume > 0.0);

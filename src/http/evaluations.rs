@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
@@ -36,7 +35,7 @@ use crate::pipeline::outcome::MatchResult;
     ),
 )]
 pub async fn create(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<AnswerQuery>,
     headers: HeaderMap,

@@ -1,7 +1,6 @@
 //! What shapes are described by, to be looked at: eigenfunctions, signatures, segmentations, the shape rebuilt of its first
 //! eigenfunctions.
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
@@ -69,7 +68,7 @@ pub struct FunctionsQuery {
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<FunctionsQuery>,
     headers: HeaderMap,
@@ -87,7 +86,7 @@ pub async fn of_mesh(
     ),
 )]
 pub async fn of_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<FunctionsQuery>,
     headers: HeaderMap,
@@ -191,7 +190,7 @@ pub struct Segmentation {
     ),
 )]
 pub async fn segments_of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<SegmentsQuery>,
     headers: HeaderMap,
@@ -209,7 +208,7 @@ pub async fn segments_of_mesh(
     ),
 )]
 pub async fn segments_of_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<SegmentsQuery>,
     headers: HeaderMap,
@@ -276,7 +275,7 @@ pub struct RebuiltQuery {
     ),
 )]
 pub async fn rebuilt_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<RebuiltQuery>,
     headers: HeaderMap,
@@ -294,7 +293,7 @@ pub async fn rebuilt_mesh(
     ),
 )]
 pub async fn rebuilt_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<RebuiltQuery>,
     headers: HeaderMap,

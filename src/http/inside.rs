@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
@@ -32,7 +31,7 @@ const LARGEST: usize = 1 << 26;
         (status = 413, description = "too large"),
     ),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn read(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[SAFETENSORS, OCTETS])?;
     let source = resource::result::<Settings>(&app, &id).await?;
     let fetched = async {

@@ -2,7 +2,6 @@
 
 use std::future::ready;
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -100,7 +99,7 @@ pub(super) fn width(asked: Option<u32>, usual: u32) -> Result<u32, Problem> {
     ),
 )]
 pub async fn of_match(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PictureQuery>,
     headers: HeaderMap,
@@ -122,7 +121,7 @@ pub async fn of_match(
     ),
 )]
 pub async fn of_matrix(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<MatrixQuery>,
     headers: HeaderMap,
@@ -149,7 +148,7 @@ pub async fn of_matrix(
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<AnswerQuery>,
     headers: HeaderMap,

@@ -200,7 +200,11 @@ fn said_of(tag: &str, keep: Keep) -> [(HeaderName, String); 3] {
         Keep::Forever => "private, max-age=31536000, immutable",
         Keep::Never => "no-store",
     };
-    [(header::ETAG, tag.to_owned()), (header::CACHE_CONTROL, keep.to_owned()), (header::VARY, "accept".to_owned())]
+    [
+        (header::ETAG, tag.to_owned()),
+        (header::CACHE_CONTROL, keep.to_owned()),
+        (header::VARY, "accept, authorization".to_owned()),
+    ]
 }
 
 /// Whether `If-None-Match` names the tag, be it of the body as it is or of a compressed copy.

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
@@ -74,7 +73,7 @@ pub struct PendingSpectrum {
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
@@ -92,7 +91,7 @@ pub async fn of_mesh(
     ),
 )]
 pub async fn of_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -53,7 +52,7 @@ pub struct Sweep {
     request_body = SweepRequest,
     responses((status = 202, description = "queued", body = Sweep)),
 )]
-pub async fn create(State(app): State<App>, key: IdempotencyKey, body: JsonBody) -> Result<Response, Problem> {
+pub async fn create(app: App, key: IdempotencyKey, body: JsonBody) -> Result<Response, Problem> {
     let body = Arc::new(body);
     let printed = body.clone();
     let print = app.off_runtime(move || fingerprint("POST /v1/sweeps", &[&printed.bytes])).await?;

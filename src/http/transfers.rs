@@ -3,7 +3,6 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
@@ -42,12 +41,7 @@ use crate::transfer::{by_map, by_points, faults, sketch_vertices, sketch_vertice
         (status = 409, description = "not finished, or finished without a result"),
     ),
 )]
-pub async fn create(
-    State(app): State<App>,
-    Id(id): Id,
-    headers: HeaderMap,
-    body: JsonBody,
-) -> Result<Response, Problem> {
+pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, GLB, NPY])?;
     let body = Arc::new(body);
     let (taken, read) = (body.bytes.len().saturating_mul(json::MEMORY_OF_TREE), body.clone());
@@ -170,7 +164,7 @@ pub struct Inverse {
     ),
 )]
 pub async fn inverse(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<InverseQuery>,
     headers: HeaderMap,

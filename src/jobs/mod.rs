@@ -7,11 +7,14 @@ pub mod decomposition;
 mod failure;
 mod kind;
 mod matching;
+pub mod memory;
+mod once;
 pub mod posing;
 mod preparations;
 mod progress;
-mod single_flight;
+mod shapes;
 mod spectra;
+mod waiting;
 
 pub use bench::Bench;
 pub use decomposition::Decomposition;

@@ -97,7 +97,7 @@ impl Correspondence {
 fn carried(sketch: &Regions, mesh: &TriangleMesh, aligned: &Aligned, watch: &dyn Watch) -> Result<Regions, MatchError> {
     watch.proceed(0.0)?;
     let images = &aligned.alignment.map;
-    let cells = Marching::new(mesh).cells_within(images, REACH * mesh.area().sqrt());
+    let cells = Marching::new(mesh).cells_within(images, REACH * mesh.area().sqrt(), watch)?;
     let label = |cell: Option<usize>| cell.map_or(Regions::NONE, |x| sketch.labels()[x]);
     let labels = cells.into_iter().map(label).collect();
     Ok(Regions::new(labels).expect("the labels are those of the sketch's regions"))

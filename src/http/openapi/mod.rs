@@ -4,6 +4,7 @@ mod calls;
 mod examples;
 mod links;
 mod parts;
+mod security;
 mod unions;
 
 use axum::Router;
@@ -14,8 +15,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    App, evaluations, events, examples as creatures, functions, geometry, health, inside, matches, meshes, pictures,
-    portraits, pose_results, poses, regularisers, results, sketches, spectra, sweeps, transfers,
+    Service, evaluations, events, examples as creatures, functions, geometry, health, inside, links as signed, matches,
+    meshes, pictures, portraits, pose_results, poses, regularisers, results, sketches, spectra, sweeps, transfers,
 };
 
 #[derive(OpenApi)]
@@ -36,11 +37,15 @@ use super::{
 struct Head;
 
 /// Every route beside the document that describes it.
-pub(super) fn routes() -> (Router<App>, Value) {
+pub(super) fn routes() -> (Router<Service>, Value) {
     let router = OpenApiRouter::with_openapi(Head::openapi())
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::rename, meshes::delete))
         .routes(routes!(meshes::components))
+        .routes(routes!(signed::of_mesh))
+        .routes(routes!(signed::of_sketch))
+        .routes(routes!(signed::of_match))
+        .routes(routes!(signed::of_pose))
         .routes(routes!(geometry::of_mesh))
         .routes(routes!(portraits::of_mesh))
         .routes(routes!(portraits::of_sketch))
@@ -98,6 +103,7 @@ pub fn document() -> Value {
 fn finished(mut document: Value) -> Value {
     calls::complete(&mut document);
     links::add(&mut document);
+    security::add(&mut document);
     examples::add(&mut document);
     parts::join(&mut document);
     unions::name_variants(&mut document);
