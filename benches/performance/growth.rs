@@ -9,13 +9,32 @@ use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::Unwatched;
 
 use crate::table::{Reach, Sample, Table, cpu, timed};
-use crate::{shapes, stages};
+use crate::{pen, shapes, stages};
 
-/// The argument that makes a process such a child; stage and frequency follow.
+/// The argument that makes a process such a child; the stage and the size follow.
 pub const CHILD: &str = "--one-size";
 
 /// Prints CPU milliseconds of every run and the peak memory in MB.
-pub fn child(stage: &str, frequency: usize) {
+pub fn child(stage: &str, size: usize) {
+    let sample = match stage {
+        "picture" => {
+            let picture = pen::png(&shapes::line(), size as u32);
+            let decoding = timed(|| image::load_from_memory(&picture).expect("the picture is one")).median();
+            forget_peak();
+            timed(|| shapes::read(&picture)).less(decoding)
+        }
+        "svg" => {
+            let svg = pen::svg(&shapes::line(), size);
+            forget_peak();
+            timed(|| shapes::read_svg(&svg))
+        }
+        stage => of_mesh(stage, size),
+    };
+    println!("{} {} {}", sample.quantile(0.0), sample.median(), sample.quantile(1.0));
+    println!("{}", peak());
+}
+
+fn of_mesh(stage: &str, frequency: usize) -> Sample {
     let mesh = shapes::body(frequency);
     let file = if stage.starts_with("mending") { shapes::broken(&mesh) } else { String::new() };
     forget_peak();
@@ -23,7 +42,7 @@ pub fn child(stage: &str, frequency: usize) {
         let limits = Limits { triangles, ..Limits::default() };
         timed(|| import(file.as_bytes(), Format::Obj, &limits).expect("the body can be mended"))
     };
-    let sample = match stage {
+    match stage {
         "eigenpairs" => timed(|| stages::eigenpairs(&mesh, 50)),
         "mending" => mended(mesh.triangles().len()),
         "mending to a quarter" => mended(mesh.triangles().len() / 4),
@@ -32,9 +51,7 @@ pub fn child(stage: &str, frequency: usize) {
             std::hint::black_box(PreparedMesh::new(&mesh, &Unwatched).expect("nobody cancels"));
             cpu() - begun
         }]),
-    };
-    println!("{} {} {}", sample.quantile(0.0), sample.median(), sample.quantile(1.0));
-    println!("{}", peak());
+    }
 }
 
 /// Makes the memory held now the peak.
@@ -64,17 +81,35 @@ pub fn rows(table: &Table, vast: bool) {
     for (stage, name, sizes) in stages {
         let mut places = Vec::new();
         for (frequency, size) in sizes {
-            let program = env::current_exe().expect("a program has a path");
-            let output = Command::new(program).args([CHILD, stage, &frequency.to_string()]).output();
-            let text = String::from_utf8(output.expect("the child runs").stdout).expect("the child prints numbers");
-            let numbers: Vec<f64> = text.split_whitespace().filter_map(|number| number.parse().ok()).collect();
-            let [low, middle, high, peak] = numbers[..] else { panic!("the child said {text:?}") };
+            let (sample, peak) = measured(stage, *frequency);
             let name = format!("growth: {name}, {size} (peak {peak:.0} MB)");
-            table.time(&name, &Sample::new(vec![low, middle, high]), None, Reach::None);
-            places.push(((4 * frequency * frequency) as f64, middle));
+            table.time(&name, &sample, None, Reach::None);
+            places.push(((4 * frequency * frequency) as f64, sample.median()));
         }
         table.figure(&format!("growth: exponent of {name}"), slope(&places), "", Some(1.25));
     }
+}
+
+/// How drawings are read, decoding of pictures aside.
+pub fn of_drawings(table: &Table) {
+    for (stage, size, what, most) in [
+        ("picture", 1024, "PNG of 1024 × 1024", 60.0),
+        ("picture", 8192, "PNG of 64 megapixels", 1000.0),
+        ("svg", 1000, "SVG of 1,000 paths", 60.0),
+    ] {
+        let (sample, peak) = measured(stage, size);
+        table.time(&format!("reading a drawing: {what} (peak {peak:.0} MB)"), &sample, None, Reach::Most(most));
+    }
+}
+
+/// What a child says of a stage: its time, and its peak memory in MB.
+fn measured(stage: &str, size: usize) -> (Sample, f64) {
+    let program = env::current_exe().expect("a program has a path");
+    let output = Command::new(program).args([CHILD, stage, &size.to_string()]).output();
+    let text = String::from_utf8(output.expect("the child runs").stdout).expect("the child prints numbers");
+    let numbers: Vec<f64> = text.split_whitespace().filter_map(|number| number.parse().ok()).collect();
+    let [low, middle, high, peak] = numbers[..] else { panic!("the child said {text:?}") };
+    (Sample::new(vec![low, middle, high]), peak)
 }
 
 fn slope(places: &[(f64, f64)]) -> f64 {

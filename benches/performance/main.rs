@@ -4,6 +4,8 @@
 //! files the peer is timed on.
 
 mod growth;
+mod pen;
+mod posing;
 mod server;
 mod shapes;
 mod stages;
@@ -13,10 +15,10 @@ use std::{env, fs};
 
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).collect();
-    if let [flag, stage, frequency] = &arguments[..]
+    if let [flag, stage, size] = &arguments[..]
         && flag == growth::CHILD
     {
-        return growth::child(stage, frequency.parse().expect("a frequency is a number"));
+        return growth::child(stage, size.parse().expect("a size is a number"));
     }
     let asked = |flag: &str| arguments.iter().any(|argument| argument == flag);
     if asked("--shapes") {
@@ -27,6 +29,7 @@ fn main() {
     let peer = fs::read_to_string(shapes::directory().join("peer.json")).ok();
     let table = table::Table::begin(peer.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default());
     stages::rows(&table);
+    growth::of_drawings(&table);
     growth::rows(&table, asked("--vast"));
     server::rows(&table, if asked("--sixty") { 60.0 } else { 10.0 });
 }

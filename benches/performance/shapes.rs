@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use sketchmatch::example::{Silhouette, View, drawing};
 use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::sketch::outline::OutlineRequest;
-use sketchmatch::sketch::{self, Sketch};
+use sketchmatch::sketch::{self, Choice, Sketch};
+
+use crate::pen;
 
 /// Frequencies of the octahedron: 4 f² + 2 vertices.
 pub const SMALL: usize = 35;
@@ -19,6 +21,9 @@ pub const HUGE: usize = 158;
 pub const VAST: usize = 316;
 /// 8 f² triangles, just fewer than a million.
 pub const MILLION: usize = 353;
+
+/// The figure a drawing is taken for, in the usual number of vertices.
+const FIRST: Choice = Choice { vertices: 800, figure: 0 };
 
 /// Directions, heights and widths of the bumps: legs, head, tail. x to the left, y up, z forwards.
 const BUMPS: [([f64; 3], f64, f64); 6] = [
@@ -50,6 +55,23 @@ pub fn drawn() -> Sketch {
         sketch::from_outline(&drawing, 1000, &sketch::Config::default()).expect("a silhouette is a figure").sketch;
     write("sketch.off", &off(sketch.mesh()));
     sketch
+}
+
+/// The sketch that a picture shows.
+pub fn read(picture: &[u8]) -> Sketch {
+    let read = sketch::from_picture(picture, FIRST, &sketch::Config::default());
+    read.expect("a figure is seen in the picture").sketch
+}
+
+/// The sketch that an SVG shows.
+pub fn read_svg(svg: &str) -> Sketch {
+    let read = sketch::from_svg(svg.as_bytes(), FIRST, &sketch::Config::default());
+    read.expect("a figure is seen in the drawing").sketch
+}
+
+/// The body's outline, as a pen draws it.
+pub fn line() -> Vec<[f64; 2]> {
+    pen::line(&Silhouette::of(&made(SMALL), View::Side).expect("the body can be seen"), false)
 }
 
 /// The drawing as the body of a request.

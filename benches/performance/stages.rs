@@ -7,22 +7,25 @@ use sketchmatch::alignment::prepared::PreparedMesh;
 use sketchmatch::correspondence::{points, zoomout};
 use sketchmatch::descriptors::projection::projections;
 use sketchmatch::descriptors::{heat_kernel, wave_kernel};
+use sketchmatch::example::{Creature, VERTICES};
 use sketchmatch::functional_map::problem::{Problem, least_squares};
 use sketchmatch::functional_map::regulariser::Regulariser;
 use sketchmatch::functional_map::solve::solve;
 use sketchmatch::functional_map::weights::{Weights, weights};
 use sketchmatch::mesh::TriangleMesh;
+use sketchmatch::mesh::file_mesh::FileMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched, Watch};
+use sketchmatch::pipeline::outcome::MatchResult;
 use sketchmatch::pipeline::{self, Computing, Preparations, Settings, Spectra, Stage, Surroundings, Watcher};
 use sketchmatch::regions::Regions;
 use sketchmatch::sketch::Sketch;
 use sketchmatch::spectral::laplacian::Lumping;
 use sketchmatch::spectral::{self, Boundary, SpectralError, Spectrum};
 
-use crate::shapes;
 use crate::table::{Reach, Table, timed};
+use crate::{pen, posing, shapes};
 
 const REGIONS: usize = 7;
 const COMPONENTS: usize = 100;
@@ -78,6 +81,8 @@ pub fn rows(table: &Table) {
 
     let small_mesh = shapes::body(shapes::SMALL);
     matches(table, &sketch, &small_mesh, &mesh);
+    scribbles(table);
+    posing::rows(table, &sketch, &mesh);
     for (size, mesh, most) in [("5K", &small_mesh, 1e3), ("50K", &mesh, 8e3)] {
         let sample = timed(|| (eigenpairs(mesh, 150), PreparedMesh::new(mesh, &Unwatched)));
         table.time(&format!("a new mesh: 150 pairs and preparation, {size}"), &sample, None, Reach::Most(most));
@@ -95,15 +100,45 @@ fn matches(table: &Table, sketch: &Sketch, small: &TriangleMesh, large: &Triangl
     for (preset, size, mesh, most) in
         [("thesis", "50K", large, 120.0), ("automatic", "5K", small, 150.0), ("automatic", "50K", large, 250.0)]
     {
-        let known = Known::of(mesh, preset == "automatic");
+        let of_mesh = Match::of(mesh, preset);
+        let sample = timed(|| of_mesh.run(sketch));
+        table.time(&format!("{preset} preset, mesh known, sketch new, {size}"), &sample, None, Reach::Most(most));
+    }
+}
+
+/// The example creatures as a hand draws them that trembles, read and matched.
+fn scribbles(table: &Table) {
+    for creature in Creature::ALL {
+        let mesh = creature.mesh(VERTICES).expect("the creature is a mesh");
+        let silhouette = creature.silhouette(&mesh).expect("the creature can be seen");
+        let picture = pen::png(&pen::line(&silhouette, true), 1024);
+        let of_mesh = Match::of(&mesh, "automatic");
+        let sample = timed(|| of_mesh.run(&shapes::read(&picture)));
+        let name = format!("automatic preset, mesh known, {} as a scribble of 1024 × 1024, 5K", creature.name());
+        table.time(&name, &sample, None, Reach::Most(800.0));
+    }
+}
+
+/// Matches with a mesh that is known.
+pub struct Match {
+    known: Known,
+    settings: Settings,
+    file: FileMesh,
+}
+
+impl Match {
+    pub fn of(mesh: &TriangleMesh, preset: &str) -> Match {
         let request = serde_json::json!({"mesh": "m", "sketch": "s", "preset": preset});
         let request = serde_json::from_value(request).expect("a request");
         let settings = Settings::resolve(&request).expect("a preset is in range");
+        Match { known: Known::of(mesh, preset == "automatic"), settings, file: mesh.clone().into() }
+    }
+
+    pub fn run(&self, sketch: &Sketch) -> MatchResult {
+        let Match { known, settings, file } = self;
         let surroundings =
-            Surroundings { spectra: &known, preparations: &known, watcher: &Nobody, clock: &|| 0.0, preview: None };
-        let file = mesh.clone().into();
-        let sample = timed(|| pipeline::run(sketch, &file, &settings, &surroundings).expect("the body can be matched"));
-        table.time(&format!("{preset} preset, mesh known, sketch new, {size}"), &sample, None, Reach::Most(most));
+            Surroundings { spectra: known, preparations: known, watcher: &Nobody, clock: &|| 0.0, preview: None };
+        pipeline::run(sketch, file, settings, &surroundings).expect("the body can be matched")
     }
 }
 

@@ -14,6 +14,11 @@ impl Sample {
         Sample(runs)
     }
 
+    /// The same without what else was done in every run.
+    pub fn less(self, others: f64) -> Sample {
+        Sample(self.0.into_iter().map(|run| run - others).collect())
+    }
+
     pub fn median(&self) -> f64 {
         self.quantile(0.5)
     }

@@ -7,7 +7,7 @@ use super::prepared::FlatShape;
 use crate::deformation::as_rigid_as_possible::{Pull, deformed};
 use crate::numerics::cholesky::FactorisationError;
 
-/// The cost of a pair of samples at which its weight has fallen to 1/e.
+/// The cost of a pair of samples, as the warp reckons it, at which its weight has fallen to 1/e.
 const SIGMA: f64 = 0.15;
 /// Samples over which the warp is smoothed.
 const WIDTH: f64 = 3.0;

@@ -1,7 +1,8 @@
 //! The automatic part: a sketch laid on a mesh by the view it is drawn from, with nobody clicking.
 //!
 //! Both shapes are scaled to area 1, so that every length is in units of the square root of the shape's own area unless
-//! it says pixels. The recipe, a room for each step:
+//! it says pixels. So are the constants, each beside the code it belongs to; where one names no source, its value was found
+//! by trial on drawings of bodies whose truth is known (docs/decisions/tuning.md). The recipe, a room for each step:
 //!
 //! 1. [`prepared`]: what either shape brings along before the other is known. Of the mesh its axes, its plane of symmetry,
 //!    geodesic distances, limbs, which way is up, and its views; of the sketch its distances and its outline.
@@ -66,7 +67,7 @@ pub fn aligned(
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
-    let (landmarks, none) = (&Landmarks::new(shape, landmarks), &Landmarks::new(shape, &[]));
+    let (landmarks, none) = (&Landmarks::new(shape, landmarks, watch)?, &Landmarks::new(shape, &[], watch)?);
     let candidates = candidates(scene)?;
     let at_first = attempts(scene, &candidates, none)?;
     if let [best, others @ ..] = &at_first[..] {
@@ -153,7 +154,7 @@ pub fn weighed(
     watch: &dyn Watch,
 ) -> Result<(Vec<Weighed>, Vec<[f64; DOUBTS]>), AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
-    let none = &Landmarks::new(shape, &[]);
+    let none = &Landmarks::new(shape, &[], watch)?;
     let (best, others) = best_view(scene, attempts(scene, &candidates(scene)?, none)?, none)?;
     let (answer, by_distances) = believed(scene, best.clone())?;
     let doubts = trust::doubts(scene, &answer, &others, none);

@@ -63,19 +63,21 @@ impl Elastic {
 /// # Errors
 /// Where the pulls leave the position undetermined.
 pub fn deformed(elastic: &Elastic, rest: &[[f64; 2]], pulls: &[Pull]) -> Result<Vec<[f64; 2]>, FactorisationError> {
-    led(elastic, rest, pulls, &Similarity::fitted(pulls.iter().map(|p| (rest[p.vertex as usize], p.target, p.weight))))
+    let fitted = Similarity::fitted(pulls.iter().map(|p| (rest[p.vertex as usize], p.target, p.weight)));
+    led(elastic, rest, pulls, &fitted, || Ok(()))
 }
 
 /// As [`deformed`], the shape being scaled as by the similarity, from whose places it starts.
 ///
 /// # Errors
-/// As [`deformed`].
-pub fn led(
+/// As [`deformed`]; that of `ask`, which is asked in every round whether to go on.
+pub fn led<E: From<FactorisationError>>(
     elastic: &Elastic,
     rest: &[[f64; 2]],
     pulls: &[Pull],
     similarity: &Similarity,
-) -> Result<Vec<[f64; 2]>, FactorisationError> {
+    ask: impl Fn() -> Result<(), E>,
+) -> Result<Vec<[f64; 2]>, E> {
     let n = rest.len();
     let mut matrix = elastic.laplacian.clone();
     let mut hold = vec![0.0; n];
@@ -90,7 +92,7 @@ pub fn led(
         // A vertex of the shape has edges.
         *diagonal.expect("a Laplacian has a diagonal") += hold;
     }
-    let factor = SparseCholesky::analysed(elastic.analysis.clone(), &matrix)?;
+    let factor = SparseCholesky::asking(elastic.analysis.clone(), matrix, &ask)??;
     let solve = |right: &dyn Fn(usize, usize) -> f64| {
         let mut block = Mat::from_fn(n, 2, right);
         factor.solve(block.as_mut());
@@ -102,6 +104,7 @@ pub fn led(
     let correction = solve(&|v, axis| pull[v][axis] - hold[v] * placed[v][axis]);
     let mut now: Vec<[f64; 2]> = placed.iter().zip(&correction).map(|(p, c)| [p[0] + c[0], p[1] + c[1]]).collect();
     for _ in 0..ROUNDS {
+        ask()?;
         let turns = rotations(elastic, &rest, &now);
         let mut right = pull.clone();
         for &(i, j, w) in &elastic.edges {

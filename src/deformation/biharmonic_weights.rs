@@ -6,7 +6,7 @@ use sprs::{CsMat, TriMat};
 use super::handles::Held;
 use crate::mesh::edges::Edges;
 use crate::numerics::bounded_quadratic::{BoundedQuadratic, QuadraticError};
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Share, Watch};
 use crate::spectral::laplacian::{Lumping, mass, stiffness};
 
 /// How much above or below all its neighbours a weight is an extremum: of less nothing is to be seen.
@@ -43,8 +43,7 @@ pub fn weights(held: &Held, watch: &dyn Watch) -> Result<Weights, QuadraticError
         let energy = bilaplacian(held);
         let inner = BoundedQuadratic::new(among(&energy, &free))?;
         for function in 0..functions {
-            let share = |part: f64| (function as f64 + part) / functions as f64;
-            let part = Part { watch, share: &share };
+            let part = Share::of(watch, function, functions);
             // Free vertices are still at 0.
             let outer = |&v: &usize| {
                 let row = energy.outer_view(v);
@@ -61,18 +60,6 @@ pub fn weights(held: &Held, watch: &dyn Watch) -> Result<Weights, QuadraticError
         }
     }
     Ok(Weights { extrema: extrema(held, &values), values: values.subrows(0, held.drawing).to_owned() })
-}
-
-/// One function's part of the whole.
-struct Part<'a> {
-    watch: &'a dyn Watch,
-    share: &'a (dyn Fn(f64) -> f64 + Sync),
-}
-
-impl Watch for Part<'_> {
-    fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
-        self.watch.proceed((self.share)(fraction))
-    }
 }
 
 /// L M⁻¹ L times the area, of no unit: wᵀ of it w is the energy of w.

@@ -48,13 +48,14 @@ impl<'a> Transfer<'a> {
     /// pair.
     ///
     /// # Errors
-    /// [`FactorisationError`] where memory runs out, or there is no pair.
-    pub fn new(
+    /// [`FactorisationError`] where memory runs out, or there is no pair; that of `ask`, which is asked whether to go on.
+    pub fn new<E: From<FactorisationError>>(
         drawing: &'a TriangleMesh,
         surface: &TriangleMesh,
         places: &'a [[f64; 2]],
         pairs: &[Pair],
-    ) -> Result<Transfer<'a>, FactorisationError> {
+        ask: impl Fn() -> Result<(), E>,
+    ) -> Result<Transfer<'a>, E> {
         let reached: Vec<u32> = pairs.iter().map(|pair| pair.surface).collect();
         let links = joined(surface, &reached);
         // Every pair stands for its part of the drawing.
@@ -64,7 +65,7 @@ impl<'a> Transfer<'a> {
         let total: f64 = pairs.iter().map(|pair| pair.weight).sum();
         pairs.iter_mut().for_each(|pair| pair.weight /= total);
         let matrix = laplacian(&links, places.len());
-        let analysis = Analysis::new(&matrix)?;
+        let analysis = Analysis::asking(&matrix, &ask)??;
         let held = |strength: f64| {
             let mut hold = vec![0.0; places.len()];
             pairs.iter().for_each(|pair| hold[pair.surface as usize] += strength * pair.weight);
@@ -74,21 +75,25 @@ impl<'a> Transfer<'a> {
                     *diagonal += hold;
                 }
             }
-            SparseCholesky::analysed(analysis.clone(), &matrix)
+            Ok::<_, E>(SparseCholesky::asking(analysis.clone(), matrix, &ask)??)
         };
         let (smooth, placing) = (held(FAITH)?, held(HOLD)?);
         Ok(Transfer { drawing, places, pairs, links, smooth, placing })
     }
 
     /// Functions of the drawing's vertices (m × b) on the surface (n × b).
-    pub fn carried(&self, functions: &Mat<f64>) -> Mat<f64> {
+    ///
+    /// # Errors
+    /// That of `ask`, which is asked at every few functions whether to go on.
+    pub fn carried<E>(&self, functions: &Mat<f64>, ask: impl Fn() -> Result<(), E>) -> Result<Mat<f64>, E> {
         let mut carried = Mat::zeros(self.places.len(), functions.ncols());
         for first in (0..functions.ncols()).step_by(AT_A_TIME) {
+            ask()?;
             let count = AT_A_TIME.min(functions.ncols() - first);
             let some = self.carried_together(&functions.subcols(first, count).to_owned());
             carried.subcols_mut(first, count).copy_from(&some);
         }
-        carried
+        Ok(carried)
     }
 
     fn carried_together(&self, f: &Mat<f64>) -> Mat<f64> {
@@ -190,10 +195,11 @@ mod tests {
     }
 
     fn carried(setting: &Setting, function: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
-        let transfer = Transfer::new(&setting.drawing, &setting.surface, &setting.places, &setting.pairs).unwrap();
+        let ask = || Ok::<_, FactorisationError>(());
+        let transfer = Transfer::new(&setting.drawing, &setting.surface, &setting.places, &setting.pairs, ask).unwrap();
         let points = setting.drawing.positions();
         let f = Mat::from_fn(points.len(), 1, |v, _| function([points[v][0], points[v][1]]));
-        transfer.carried(&f).col(0).iter().copied().collect()
+        transfer.carried(&f, ask).unwrap().col(0).iter().copied().collect()
     }
 
     #[test]

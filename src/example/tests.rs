@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use super::view::{FRAME, Projection};
 use super::*;
 use crate::geometry::{cross, dot, doubled_area, subtract, triangle_area};
+use crate::numerics::Unwatched;
 
 fn made(creature: Creature, vertices: usize) -> (TriangleMesh, Silhouette) {
     let mesh = creature.mesh(vertices).unwrap();
@@ -36,7 +37,13 @@ fn meshes_are_closed_spheres_wound_outwards() {
         assert!(uses.iter().all(|(&(a, b), &uses_of_edge)| uses_of_edge == 1 && uses.get(&(b, a)) == Some(&1)));
         // One component of genus 0 has the Euler characteristic 2, and everything is reached from everywhere.
         assert_eq!(n + mesh.triangles().len() - uses.len() / 2, 2);
-        assert!(crate::mesh::geodesics::Marching::new(&mesh).distances(&[0]).iter().all(|d| d.is_finite()));
+        assert!(
+            crate::mesh::geodesics::Marching::new(&mesh)
+                .distances(&[0], &Unwatched)
+                .unwrap()
+                .iter()
+                .all(|d| d.is_finite())
+        );
         let volume: f64 =
             mesh.triangles().iter().map(|&t| corners(&mesh, t)).map(|[a, b, c]| dot(a, cross(b, c)) / 6.0).sum();
         assert!(volume > 0.0);
@@ -121,14 +128,15 @@ fn true_vertices_project_to_their_points() {
         assert!(truth.points.len() > 400);
         assert_eq!(truth.side, creature == Creature::Quadruped);
         for (i, point) in truth.points.iter().enumerate() {
-            let [(front, near), (back, far)] = [truth.variants.front[i], truth.variants.back[i]].map(seen);
+            let [(front, near), (back, far)] = ["front", "back"].map(|variant| seen(truth.variants[variant][i] as u32));
             for p in [front, back] {
                 assert!((p[0] - point[0]).hypot(p[1] - point[1]) < reach);
             }
             assert!(near >= far);
             assert!(silhouette.contains(*point));
         }
-        let changed = truth.variants.front.iter().zip(&truth.variants.front_mirrored).filter(|(a, b)| a != b).count();
+        let sides = truth.variants["front"].iter().zip(&truth.variants["front_mirrored"]);
+        let changed = sides.filter(|(a, b)| a != b).count();
         assert!(changed * 10 > truth.points.len() * 9);
     }
 }

@@ -1,34 +1,40 @@
-//! The regularisers there are, described for people and programs.
+//! The regularisers and terms there are, described for people and programs.
 
 use serde::Serialize;
 use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::parameter::Parameter;
-use super::regulariser::{ALL, About, Formula};
+use super::regulariser::{self, About, Formula};
+use super::term;
 
-/// A regulariser: the problem it makes, how that is solved, and its parameters.
+/// A regulariser or a term: the problem it makes, how that is solved, and its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Description {
     /// The `type` in a request.
     pub r#type: &'static str,
     pub title: &'static str,
-    /// What C minimises.
+    /// What C minimises; of a term what it adds to that.
     pub formula: Formula,
-    /// Number of the equation in the thesis.
+    /// Number of the equation in the thesis; empty where it has none.
     pub equation: &'static str,
     pub solver: &'static str,
     /// Without `type`.
     #[schema(value_type = Vec<Parameter>)]
     pub parameters: &'static [Parameter],
-    /// JSON schema of the `regulariser` in a request.
+    /// JSON schema of the `regulariser`, or of one of the `terms`, in a request.
     #[schema(value_type = Object)]
     pub schema: Value,
 }
 
 /// Every regulariser a request can name, in the order of the thesis.
 pub fn descriptions() -> Vec<Description> {
-    ALL.iter().map(|about| description(about)).collect()
+    regulariser::ALL.iter().map(|about| description(about)).collect()
+}
+
+/// Every term a request can name.
+pub fn terms() -> Vec<Description> {
+    term::ALL.iter().map(|about| description(about)).collect()
 }
 
 fn description(about: &About) -> Description {

@@ -5,9 +5,11 @@
 
 pub mod catalogue;
 pub mod parameter;
+pub mod permutation;
 pub mod problem;
 pub mod regulariser;
 pub mod solve;
+pub mod term;
 pub mod weights;
 
 mod diagonal;

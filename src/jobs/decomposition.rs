@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bench, Failure, Progress, Task};
+use super::{Bench, Failure, Progress, Task, memory};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::pipeline::Spectra;
@@ -44,12 +44,17 @@ impl Task for Decomposition {
         }
     }
 
+    fn bytes_per_vertex(&self) -> usize {
+        memory::of_spectrum(self.k)
+    }
+
     fn run(self, _: &str, bench: &Bench, progress: &Progress) -> Result<Eigenvalues, Failure> {
         let Decomposition { shape, kind, k, boundary } = self;
         let mesh = match kind {
-            store::Kind::Mesh => bench.runtime.block_on(bench.store.mesh(&shape))?,
+            store::Kind::Mesh => bench.answer(bench.store.mesh(&shape), progress)?,
             store::Kind::Sketch => {
-                bench.runtime.block_on(bench.store.sketch(&shape))?.map(|sketch| FileMesh::from(sketch.mesh().clone()))
+                let sketch = bench.answer(bench.store.sketch(&shape), progress)?;
+                sketch.map(|sketch| FileMesh::from(sketch.mesh().clone()))
             }
         };
         let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no {} {shape}", kind.as_str()), &[]))?;

@@ -3,6 +3,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
+use crate::numerics::Cancelled;
 use crate::numerics::block_lanczos::EigenError;
 use crate::numerics::cholesky::FactorisationError;
 use crate::pipeline::{Fault, MatchError};
@@ -60,6 +61,12 @@ impl Failure {
     }
 }
 
+impl From<Cancelled> for Failure {
+    fn from(_: Cancelled) -> Failure {
+        Failure::Stopped
+    }
+}
+
 impl From<StoreError> for Failure {
     fn from(error: StoreError) -> Failure {
         if error.lack().is_some() {
@@ -99,7 +106,7 @@ mod tests {
     use super::*;
     use crate::correspondence::icp::IcpError;
     use crate::functional_map::MapError;
-    use crate::numerics::{Cancelled, DecompositionError};
+    use crate::numerics::DecompositionError;
 
     /// The status of the problem a job is left with; nothing where it was stopped.
     fn status(failure: impl Into<Failure>) -> Option<u64> {

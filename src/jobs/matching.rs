@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use metrics::{describe_histogram, histogram};
 
-use super::{Bench, Failure, Progress, Task};
+use super::{Bench, Failure, Progress, Task, memory};
 use crate::pipeline::outcome::MatchResult;
+use crate::pipeline::settings::upsampled;
 use crate::pipeline::{self, Settings, Stage, Surroundings, TOTAL};
 
 const STAGE_SECONDS: &str = "sketchmatch_stage_seconds";
@@ -20,11 +21,16 @@ impl Task for Settings {
         [Some(&self.mesh), Some(&self.sketch)]
     }
 
+    fn bytes_per_vertex(&self) -> usize {
+        let (k, l) = upsampled(self);
+        memory::of_spectrum(k.max(l))
+    }
+
     /// The correspondence of the sketch and the mesh.
     fn run(self, id: &str, bench: &Bench, progress: &Progress) -> Result<MatchResult, Failure> {
-        let sketch = bench.runtime.block_on(bench.store.sketch(&self.sketch))?;
+        let sketch = bench.answer(bench.store.sketch(&self.sketch), progress)?;
         let sketch = sketch.ok_or_else(|| Failure::refused(format_args!("there is no sketch {}", self.sketch), &[]))?;
-        let mesh = bench.runtime.block_on(bench.store.mesh(&self.mesh))?;
+        let mesh = bench.answer(bench.store.mesh(&self.mesh), progress)?;
         let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", self.mesh), &[]))?;
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64() * 1e3;

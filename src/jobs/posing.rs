@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bench, Failure, Progress, Task};
+use super::{Bench, Failure, Progress, Task, memory};
 use crate::pipeline::outcome::MatchResult;
 use crate::posing::outcome::PoseResult;
 use crate::posing::request::PoseRequest;
@@ -28,14 +28,17 @@ impl Task for Posing {
         [Some(&self.mesh), Some(&self.sketch)]
     }
 
+    fn bytes_per_vertex(&self) -> usize {
+        memory::of_pose()
+    }
+
     fn run(self, id: &str, bench: &Bench, progress: &Progress) -> Result<PoseResult, Failure> {
         let Posing { request, mesh, sketch } = self;
         let missing = |noun: &str, id: &str| Failure::refused(format_args!("there is no {noun} {id}"), &[]);
-        let (flat, solid) = (bench.store.sketch(&sketch), bench.store.mesh(&mesh));
-        let flat = bench.runtime.block_on(flat)?.ok_or_else(|| missing("sketch", &sketch))?;
-        let solid = bench.runtime.block_on(solid)?.ok_or_else(|| missing("mesh", &mesh))?;
+        let flat = bench.answer(bench.store.sketch(&sketch), progress)?.ok_or_else(|| missing("sketch", &sketch))?;
+        let solid = bench.answer(bench.store.mesh(&mesh), progress)?.ok_or_else(|| missing("mesh", &mesh))?;
         // The match may have been deleted since.
-        let result = bench.runtime.block_on(bench.store.result(&request.matching))?;
+        let result = bench.answer(bench.store.result(&request.matching), progress)?;
         let result = result.ok_or_else(|| missing("result of match", &request.matching))?;
         let matched: MatchResult = serde_json::from_slice(&result).map_err(|error| Failure::internal(error, false))?;
         let begun = Instant::now();

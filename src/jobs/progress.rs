@@ -43,6 +43,14 @@ impl Progress {
         self.stopped.store(true, Ordering::Relaxed);
     }
 
+    /// Whether to go on, wherever the computation is.
+    ///
+    /// # Errors
+    /// [`Cancelled`] where it is to stop.
+    pub fn going(&self) -> Result<(), Cancelled> {
+        if self.stopped.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+    }
+
     /// The progress of a job that is one stage of this name.
     pub fn stage(&self, name: &'static str) -> OneStage<'_> {
         OneStage { progress: self, name }
@@ -50,7 +58,7 @@ impl Progress {
 
     fn reach(&self, stage: &'static str, fraction: f64) -> Result<(), Cancelled> {
         *self.at.lock().unwrap_or_else(PoisonError::into_inner) = (stage, fraction);
-        if self.stopped.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+        self.going()
     }
 }
 

@@ -6,7 +6,7 @@ use super::TriangleMesh;
 use super::connectivity::{Component, Components, components};
 use super::file_mesh::FileMesh;
 use super::joining::joined;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Pace, Watch};
 
 /// Marks a vertex of the file that is not on the figure.
 const ELSEWHERE: u32 = u32::MAX;
@@ -72,10 +72,10 @@ impl Figure {
         let mut vertices = triangles.into_flattened();
         vertices.sort_unstable();
         vertices.dedup();
-        let own = nearest(sound.positions(), &vertices, around.positions());
+        let own = nearest(sound.positions(), &vertices, around.positions(), watch)?;
         let each: Vec<u32> = (0..around.positions().len() as u32).collect();
         let corners: Vec<[f64; 3]> = vertices.iter().map(|&v| sound.positions()[v as usize]).collect();
-        let places = nearest(around.positions(), &each, &corners);
+        let places = nearest(around.positions(), &each, &corners, watch)?;
         let mut by_origin = vec![ELSEWHERE; mesh.positions().len()];
         for (&v, place) in vertices.iter().zip(places).rev() {
             by_origin[mesh.origins()[v as usize] as usize] = place;
@@ -100,8 +100,18 @@ impl Figure {
 }
 
 /// For every point the nearest of the `candidates`, which are numbers of positions.
-fn nearest(positions: &[[f64; 3]], candidates: &[u32], points: &[[f64; 3]]) -> Vec<u32> {
+fn nearest(
+    positions: &[[f64; 3]],
+    candidates: &[u32],
+    points: &[[f64; 3]],
+    watch: &dyn Watch,
+) -> Result<Vec<u32>, Cancelled> {
     let places: Vec<[f64; 3]> = candidates.iter().map(|&v| positions[v as usize]).collect();
     let tree = KdIndexTree::build_by_ordered_float(&places);
-    points.iter().map(|p| tree.nearest(p).map_or(ELSEWHERE, |nearest| candidates[*nearest.item])).collect()
+    let mut pace = Pace::new(watch, points.len());
+    let nearest = |p| {
+        pace.step()?;
+        Ok(tree.nearest(p).map_or(ELSEWHERE, |nearest| candidates[*nearest.item]))
+    };
+    points.iter().map(nearest).collect()
 }

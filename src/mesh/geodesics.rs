@@ -5,6 +5,7 @@ use std::collections::BinaryHeap;
 
 use super::TriangleMesh;
 use crate::geometry::{length, subtract};
+use crate::numerics::{Cancelled, Pace, Watch};
 
 /// Share by which a distance has to fall to be corrected.
 const CORRECTION: f64 = 1e-9;
@@ -54,18 +55,24 @@ impl Marching {
 
     /// The geodesic distance of every vertex from the nearest source, infinite where no source reaches; O(n log n).
     ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher, asked as the front passes.
+    ///
     /// # Panics
     /// Where a source is not a vertex of the mesh.
-    pub fn distances(&self, sources: &[u32]) -> Vec<f64> {
-        self.distances_within(sources, f64::INFINITY)
+    pub fn distances(&self, sources: &[u32], watch: &dyn Watch) -> Result<Vec<f64>, Cancelled> {
+        self.distances_within(sources, f64::INFINITY, watch)
     }
 
     /// As [`Marching::distances`] up to `reach`, and beyond it anything that is larger than `reach`.
     ///
+    /// # Errors
+    /// As [`Marching::distances`].
+    ///
     /// # Panics
     /// As [`Marching::distances`].
-    pub fn distances_within(&self, sources: &[u32], reach: f64) -> Vec<f64> {
-        self.marched(sources, reach, |_, _| ())
+    pub fn distances_within(&self, sources: &[u32], reach: f64, watch: &dyn Watch) -> Result<Vec<f64>, Cancelled> {
+        self.marched(sources, reach, watch, |_, _| ())
     }
 
     /// For every vertex the place in `sources` of the nearest one, where that is less than `reach` away; of sources that
@@ -73,21 +80,36 @@ impl Marching {
     ///
     /// A front that meets another across a triangle is taken for one, so that borders are true to a triangle.
     ///
+    /// # Errors
+    /// As [`Marching::distances`].
+    ///
     /// # Panics
     /// As [`Marching::distances`].
-    pub fn cells_within(&self, sources: &[u32], reach: f64) -> Vec<Option<usize>> {
+    pub fn cells_within(
+        &self,
+        sources: &[u32],
+        reach: f64,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Option<usize>>, Cancelled> {
         let mut cells = vec![None; self.begins.len() - 1];
         for (place, &vertex) in sources.iter().enumerate().rev() {
             cells[vertex as usize] = Some(place);
         }
-        let distances = self.marched(sources, reach, |tip, from| cells[tip as usize] = cells[from as usize]);
-        cells.iter().zip(distances).map(|(&cell, distance)| cell.filter(|_| distance < reach)).collect()
+        let distances = self.marched(sources, reach, watch, |tip, from| cells[tip as usize] = cells[from as usize])?;
+        Ok(cells.iter().zip(distances).map(|(&cell, distance)| cell.filter(|_| distance < reach)).collect())
     }
 
     /// The distances up to `reach`; whenever one falls, `hand_on` is told the vertex and that through which the shorter
     /// way along edges leads.
-    fn marched(&self, sources: &[u32], reach: f64, mut hand_on: impl FnMut(u32, u32)) -> Vec<f64> {
+    fn marched(
+        &self,
+        sources: &[u32],
+        reach: f64,
+        watch: &dyn Watch,
+        mut hand_on: impl FnMut(u32, u32),
+    ) -> Result<Vec<f64>, Cancelled> {
         let mut distances = vec![f64::INFINITY; self.begins.len() - 1];
+        let mut pace = Pace::new(watch, distances.len());
         let mut front = BinaryHeap::new();
         for &vertex in sources {
             distances[vertex as usize] = 0.0;
@@ -101,6 +123,7 @@ impl Marching {
                 continue;
             }
             patience -= 1;
+            pace.step()?;
             for &corner in self.carried(vertex) {
                 let corner = &self.corners[corner as usize];
                 let ends = corner.base.map(|v| distances[v as usize]);
@@ -114,7 +137,7 @@ impl Marching {
                 }
             }
         }
-        distances
+        Ok(distances)
     }
 }
 

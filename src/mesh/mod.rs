@@ -74,6 +74,11 @@ impl TriangleMesh {
         Ok(TriangleMesh { positions, triangles })
     }
 
+    /// The mesh moved, turned and scaled, so that its vertices are at these positions: what is guaranteed of it stays.
+    pub(crate) fn similar(&self, positions: Vec<[f64; 3]>) -> TriangleMesh {
+        TriangleMesh { positions, triangles: self.triangles.clone() }
+    }
+
     /// n × 3, in units of the file.
     pub fn positions(&self) -> &[[f64; 3]] {
         &self.positions

@@ -10,7 +10,7 @@ use sprs::CsMat;
 use super::cholesky::{Analysis, FactorisationError, SparseCholesky, negative_eigenvalues};
 use super::krylov_space::{Block, KrylovSpace, RitzPairs};
 use super::tall_block::{Row, column_products, sparse_product};
-use super::{Cancelled, Watch};
+use super::{Cancelled, Share, Watch, apart};
 
 /// The shift σ below the spectrum, for each pair sought. The problem is expected to be scaled to unit area, where λ_k is
 /// about 4π k (Weyl): σ costs little convergence near λ_k and keeps θ_1 / θ_k, and so the growth of rounding, small.
@@ -68,10 +68,9 @@ pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watc
     }
     let problem = Problem::new(stiffness, mass);
     if n <= 200 || n < 3 * (k + GUARD + 8) {
-        watch.proceed(0.0)?;
-        return problem.dense(k);
+        return problem.dense(k, watch);
     }
-    let analysis = Analysis::new(&problem.matrix)?;
+    let analysis = Analysis::asking(&problem.matrix, || watch.proceed(0.0))??;
     // A wider block, from another start, where the inertia shows that a pair is missing.
     let narrow = if k <= NARROW { problem.by_blocks::<1>(&analysis, k, watch)? } else { None };
     if let Some(pairs) = narrow {
@@ -102,13 +101,14 @@ impl Problem {
     }
 
     /// All n eigenpairs, of which the first k are kept.
-    fn dense(&self, k: usize) -> Result<Eigenpairs, EigenError> {
+    fn dense(&self, k: usize, watch: &dyn Watch) -> Result<Eigenpairs, EigenError> {
         let n = self.root_mass.len();
         let mut matrix = Mat::<f64>::zeros(n, n);
         for (value, (i, j)) in self.matrix.iter() {
             matrix[(i, j)] = *value;
         }
-        let eigen = matrix.self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotConverged)?;
+        let eigen = apart(move || matrix.self_adjoint_eigen(Side::Lower), || watch.proceed(0.0))?;
+        let eigen = eigen.map_err(|_| EigenError::NotConverged)?;
         let vectors = Mat::from_fn(n, k, |i, j| eigen.U()[(i, j)] / self.root_mass[i]);
         Ok(Eigenpairs { values: eigen.S().column_vector().iter().take(k).copied().collect(), vectors })
     }
@@ -121,7 +121,8 @@ impl Problem {
         watch: &dyn Watch,
     ) -> Result<Option<Eigenpairs>, EigenError> {
         let shift = SHIFT * k as f64;
-        let factor = SparseCholesky::analysed(analysis.clone(), &plus_identity(&self.matrix, shift))?;
+        let shifted = plus_identity(&self.matrix, shift);
+        let factor = SparseCholesky::asking(analysis.clone(), shifted, || watch.proceed(0.0))??;
         let inverse = |x: &[Row<Q>]| {
             let mut x = x.to_vec();
             factor.solve_rows(&mut x);
@@ -129,16 +130,21 @@ impl Problem {
         };
         let Some((space, ritz)) = converged(self.root_mass.len(), inverse, k, watch)? else { return Ok(None) };
         let mut pairs = Eigenpairs { values: Vec::new(), vectors: Mat::zeros(self.root_mass.len(), k) };
-        for y in space.combinations(ritz.coefficients.subcols(0, k)) {
-            watch.proceed(0.9)?;
-            self.append(&mut pairs, y, inverse, analysis.order());
+        let (sharpening, counting) = (Share::between(watch, 0.9, 0.95), Share::between(watch, 0.95, 1.0));
+        for y in space.combinations(ritz.coefficients.subcols(0, k), &sharpening)? {
+            self.append(&mut pairs, y, inverse, analysis.order(), &sharpening)?;
         }
         drop(space);
-        watch.proceed(0.95)?;
         let values: Vec<f64> = ritz.values.iter().map(|theta| 1.0 / theta - shift).collect();
         let count = gap_beside(k, &values, separation(k, &ritz));
         let between = count.map(|p| 0.5 * (values[p - 1] + values[p]));
-        let below = between.map(|mu| negative_eigenvalues(factor, &plus_identity(&self.matrix, -mu))).transpose()?;
+        let below = match between {
+            Some(mu) => {
+                let shifted = plus_identity(&self.matrix, -mu);
+                Some(apart(move || negative_eigenvalues(factor, &shifted), || counting.proceed(0.0))??)
+            }
+            None => None,
+        };
         Ok((below == count).then_some(pairs))
     }
 
@@ -150,11 +156,14 @@ impl Problem {
         mut y: Block<Q>,
         inverse: impl Fn(&[Row<Q>]) -> Block<Q>,
         order: &[usize],
-    ) {
+        watch: &dyn Watch,
+    ) -> Result<(), Cancelled> {
         let done = pairs.values.len();
         let count = (4 * Q).min(pairs.vectors.ncols() - done);
+        watch.proceed(done as f64 / pairs.vectors.ncols() as f64)?;
         let mut quotients = self.rayleigh_quotients(&y, order);
         for _ in 0..2 {
+            watch.proceed(done as f64 / pairs.vectors.ncols() as f64)?;
             if (0..count).all(|j| quotients.residuals[j] <= SHARP * quotients.values[j].max(1.0)) {
                 break;
             }
@@ -168,6 +177,7 @@ impl Problem {
             }
         }
         pairs.values.extend(&quotients.values[..count]);
+        Ok(())
     }
 
     fn rayleigh_quotients<const Q: usize>(&self, y: &[Row<Q>], order: &[usize]) -> RayleighQuotients<Q> {
@@ -231,16 +241,18 @@ fn converged<const Q: usize>(
     let wanted = k + GUARD;
     // The basis is a block ahead of the dimension and must have room for another.
     let last_check = n.min(6 * wanted + 200).saturating_sub(8 * Q);
-    let mut space = KrylovSpace::new(n, SEED + Q as u64);
+    let mut space = KrylovSpace::new(n, SEED + Q as u64, watch)?;
     // As many vectors as are seen to be needed, or a little fewer.
     let mut schedule = Schedule { next: (5 * wanted / 2 + 36 * Q).min(last_check), last: None };
     loop {
-        space.expand(&inverse);
-        watch.proceed((space.dimension() as f64 / (4.0 * wanted as f64)).min(0.9))?;
+        let reached = |space: &KrylovSpace<Q>| (space.dimension() as f64 / (4.0 * wanted as f64)).min(0.9);
+        let share = Share::between(watch, reached(&space), reached(&space));
+        share.proceed(0.0)?;
+        space.expand(&inverse, &share)?;
         if space.dimension() < schedule.next {
             continue;
         }
-        let ritz = space.ritz_pairs(wanted).map_err(|_| EigenError::NotConverged)?;
+        let ritz = space.ritz_pairs(wanted, &share)?.map_err(|_| EigenError::NotConverged)?;
         let within = |i: usize, tolerance: f64| ritz.residuals[i] <= tolerance * ritz.values[i];
         let guarded = separation(k, &ritz).is_some() || (k..wanted).all(|i| within(i, GUARD_TOLERANCE));
         if guarded && (0..k).all(|i| within(i, TOLERANCE)) {

@@ -14,8 +14,12 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{MatMut, Par, Side};
 use sprs::CsMat;
 
+use super::apart;
 use super::tall_block::Row;
 use super::triangular_solve::{self, Supernode};
+
+/// Unknowns from which what is done with a matrix takes some milliseconds, and more.
+const LARGE: usize = 5_000;
 
 /// Why a matrix could not be factorised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -40,6 +44,21 @@ impl Analysis {
     pub fn new(matrix: &CsMat<f64>) -> Result<Analysis, FactorisationError> {
         let indptr = matrix.proper_indptr();
         Ok(Analysis(Arc::new(symbolic(view(matrix, &indptr).symbolic())?)))
+    }
+
+    /// As [`Analysis::new`], `ask` saying whether to go on while it takes long.
+    ///
+    /// # Errors
+    /// That of `ask`; within, as [`Analysis::new`].
+    pub fn asking<E>(
+        matrix: &CsMat<f64>,
+        ask: impl Fn() -> Result<(), E>,
+    ) -> Result<Result<Analysis, FactorisationError>, E> {
+        if matrix.rows() < LARGE {
+            return Ok(Analysis::new(matrix));
+        }
+        let matrix = matrix.clone();
+        apart(move || Analysis::new(&matrix), ask)
     }
 
     /// P: the row of the matrix that comes i-th in the factor.
@@ -97,6 +116,21 @@ impl SparseCholesky {
             .map_err(|_| FactorisationError::NotPositiveDefinite)?;
         let starts = pack(analysis.supernodes(), &mut values);
         Ok(SparseCholesky { analysis, values, starts })
+    }
+
+    /// As [`SparseCholesky::analysed`], `ask` saying whether to go on while it takes long.
+    ///
+    /// # Errors
+    /// That of `ask`; within, as [`SparseCholesky::new`].
+    pub fn asking<E>(
+        analysis: Analysis,
+        matrix: CsMat<f64>,
+        ask: impl Fn() -> Result<(), E>,
+    ) -> Result<Result<SparseCholesky, FactorisationError>, E> {
+        if matrix.rows() < LARGE {
+            return Ok(SparseCholesky::analysed(analysis, &matrix));
+        }
+        apart(move || SparseCholesky::analysed(analysis, &matrix), ask)
     }
 
     /// Replaces P X by P A⁻¹ X for an n × 4 Q block X.

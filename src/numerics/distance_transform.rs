@@ -1,8 +1,14 @@
 //! Distances on a grid.
 
+use super::{Cancelled, Pace, Watch};
+
 /// Per cell of a grid of these sizes, x fastest, the square of the distance from the nearest cell that is `marked`, in
 /// cells; infinite where none is. Exact, O(n) [FH12].
-pub fn squared_distances(marked: &[bool], sizes: [usize; 3]) -> Vec<f32> {
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub fn squared_distances(marked: &[bool], sizes: [usize; 3], watch: &dyn Watch) -> Result<Vec<f32>, Cancelled> {
+    let mut pace = Pace::new(watch, 3 * marked.len());
     let mut squared: Vec<f32> = marked.iter().map(|&marked| if marked { 0.0 } else { f32::INFINITY }).collect();
     let strides = [1, sizes[0], sizes[0] * sizes[1]];
     let longest = sizes.into_iter().max().unwrap_or(0);
@@ -10,6 +16,7 @@ pub fn squared_distances(marked: &[bool], sizes: [usize; 3]) -> Vec<f32> {
     for axis in 0..3 {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
         for (i, j) in (0..sizes[u]).flat_map(|i| (0..sizes[v]).map(move |j| (i, j))) {
+            pace.steps(sizes[axis])?;
             let start = i * strides[u] + j * strides[v];
             let at = |k: usize| start + k * strides[axis];
             let line = &mut line[..sizes[axis]];
@@ -27,7 +34,7 @@ pub fn squared_distances(marked: &[bool], sizes: [usize; 3]) -> Vec<f32> {
             }
         }
     }
-    squared
+    Ok(squared)
 }
 
 /// The parabolas with apex k and height `line[k]` that are lowest somewhere, from left to right, each with where it begins
@@ -52,6 +59,7 @@ fn lower_envelope(line: &[f32], hull: &mut Vec<(usize, f32)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::Unwatched;
 
     #[test]
     fn distances_are_those_to_the_nearest_marked_cell() {
@@ -65,7 +73,8 @@ mod tests {
             marked.map(|(other, _)| (0..3).map(|i| cell[i].abs_diff(other[i]).pow(2)).sum::<usize>()).min().unwrap()
         };
         let expected: Vec<f32> = cells.iter().map(|cell| naive(cell) as f32).collect();
-        assert_eq!(squared_distances(&marked, sizes), expected);
-        assert!(squared_distances(&[false; 210], sizes).iter().all(|d| d.is_infinite()));
+        assert_eq!(squared_distances(&marked, sizes, &Unwatched), Ok(expected));
+        let of_none = squared_distances(&[false; 210], sizes, &Unwatched).unwrap();
+        assert!(of_none.iter().all(|d| d.is_infinite()));
     }
 }

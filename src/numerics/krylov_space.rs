@@ -5,8 +5,8 @@ use faer::{Mat, MatRef, Par, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::DecompositionError;
 use super::tall_block::{Row, add_product, add_products, column_products, inner, multiply_right};
+use super::{Cancelled, DecompositionError, Watch, apart};
 
 /// A block of the basis, n × 4 Q.
 pub type Block<const Q: usize> = Vec<Row<Q>>;
@@ -59,15 +59,18 @@ pub struct RitzPairs {
 
 impl<const Q: usize> KrylovSpace<Q> {
     /// The space of a random block of n rows.
-    pub fn new(rows: usize, seed: u64) -> KrylovSpace<Q> {
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn new(rows: usize, seed: u64, watch: &dyn Watch) -> Result<KrylovSpace<Q>, Cancelled> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut start = vec![[[0.0; 4]; Q]; rows];
         start.as_flattened_mut().as_flattened_mut().fill_with(|| random.random_range(-1.0..1.0));
         let mut space =
             KrylovSpace { blocks: vec![], diagonal: vec![], coupling: vec![], random, mending: Mending::default() };
-        space.orthonormalise(&mut start);
+        space.orthonormalise(&mut start, watch)?;
         space.blocks.push(start);
-        space
+        Ok(space)
     }
 
     /// Number of vectors the operator has been applied to.
@@ -76,38 +79,42 @@ impl<const Q: usize> KrylovSpace<Q> {
     }
 
     /// Applies the operator to the last block and appends what leaves the space.
-    pub fn expand(&mut self, apply: impl Fn(&[Row<Q>]) -> Block<Q>) {
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher, asked as blocks pass by.
+    pub fn expand(&mut self, apply: impl Fn(&[Row<Q>]) -> Block<Q>, watch: &dyn Watch) -> Result<(), Cancelled> {
         let (last, b) = (self.blocks.len() - 1, 4 * Q);
         let mut image = apply(&self.blocks[last]);
         if let Some(coupling) = self.coupling.last() {
             let back = rows((coupling.transpose() * -1.0).as_ref());
-            add_product(&mut image, &self.blocks[last - 1..last], &back);
+            add_product(&mut image, &self.blocks[last - 1..last], &back, watch)?;
         }
-        let mut diagonal = take(&self.blocks[last..], &mut image);
+        let mut diagonal = take(&self.blocks[last..], &mut image, watch)?;
         let (due, left) = (self.mending.due(), lengths(&image));
         let vanished = (0..b).any(|j| left[j] <= VANISHED * diagonal.col(j).norm_l2());
         if due || vanished {
-            let rest = project(&self.blocks, &mut image);
+            let rest = project(&self.blocks, &mut image, watch)?;
             diagonal += rest.subrows(b * last, b);
             if due {
                 self.mending.mended((0..b).map(|j| rest.col(j).norm_l2() / left[j]).fold(0.0, f64::max));
             }
         }
         self.diagonal.push(Mat::from_fn(b, b, |i, j| 0.5 * (diagonal[(i, j)] + diagonal[(j, i)])));
-        let coupling = self.orthonormalise(&mut image);
+        let coupling = self.orthonormalise(&mut image, watch)?;
         self.blocks.push(image);
         self.coupling.push(coupling);
+        Ok(())
     }
 
     /// Replaces the block X by V with V R = X, R upper triangular, and returns R: Cholesky of Xᵀ X, repeated until V is
     /// orthonormal. A column that depends on those before it is replaced by a random one, orthogonal to the space, its
     /// diagonal in R zero.
-    fn orthonormalise(&mut self, x: &mut Block<Q>) -> Mat<f64> {
+    fn orthonormalise(&mut self, x: &mut Block<Q>, watch: &dyn Watch) -> Result<Mat<f64>, Cancelled> {
         let mut total = Mat::identity(4 * Q, 4 * Q);
         for _ in 0..MOST_PASSES {
-            let gram = matrix(&inner(std::slice::from_ref(x), x));
+            let gram = matrix(&inner(std::slice::from_ref(x), x, watch)?);
             let Some((factor, ratio)) = upper_cholesky(gram.as_ref()) else {
-                total = self.replace_dependent(x) * total;
+                total = self.replace_dependent(x, watch)? * total;
                 continue;
             };
             let mut inverse = Mat::identity(4 * Q, 4 * Q);
@@ -115,16 +122,16 @@ impl<const Q: usize> KrylovSpace<Q> {
             multiply_right(x, &rows(inverse.as_ref()));
             total = factor * total;
             if ratio > WEAK {
-                return total;
+                return Ok(total);
             }
-            project(&self.blocks, x);
+            project(&self.blocks, x, watch)?;
         }
         // Only a block that is not finite comes here; its Ritz pairs do not converge.
-        total
+        Ok(total)
     }
 
     /// Gram–Schmidt by columns, for a block whose columns depend on each other, and its R.
-    fn replace_dependent(&mut self, x: &mut Block<Q>) -> Mat<f64> {
+    fn replace_dependent(&mut self, x: &mut Block<Q>, watch: &dyn Watch) -> Result<Mat<f64>, Cancelled> {
         let mut factor = Mat::zeros(4 * Q, 4 * Q);
         for j in 0..4 * Q {
             let before = length(x, j);
@@ -146,15 +153,19 @@ impl<const Q: usize> KrylovSpace<Q> {
             let after = length(x, j);
             scale_column(x, j, 1.0 / after);
         }
-        project(&self.blocks, x);
-        factor
+        project(&self.blocks, x, watch)?;
+        Ok(factor)
     }
 
     /// The pairs of the `count` largest Ritz values, at most as many as the dimension.
     ///
     /// # Errors
-    /// [`DecompositionError`].
-    pub fn ritz_pairs(&self, count: usize) -> Result<RitzPairs, DecompositionError> {
+    /// [`Cancelled`] by the watcher; within, [`DecompositionError`].
+    pub fn ritz_pairs(
+        &self,
+        count: usize,
+        watch: &dyn Watch,
+    ) -> Result<Result<RitzPairs, DecompositionError>, Cancelled> {
         let (m, b) = (self.dimension(), 4 * Q);
         let mut projected = Mat::zeros(m, m);
         for (j, (diagonal, coupling)) in self.diagonal.iter().zip(&self.coupling).enumerate() {
@@ -163,25 +174,29 @@ impl<const Q: usize> KrylovSpace<Q> {
                 projected.submatrix_mut((j + 1) * b, j * b, b, b).copy_from(coupling);
             }
         }
-        let eigen =
-            projected.self_adjoint_eigen(Side::Lower).map_err(|_| DecompositionError::Eigenvalues { size: m })?;
+        let Ok(eigen) = apart(move || projected.self_adjoint_eigen(Side::Lower), || watch.proceed(0.0))? else {
+            return Ok(Err(DecompositionError::Eigenvalues { size: m }));
+        };
         let value = |i: usize| eigen.S().column_vector()[m - 1 - i];
         let inside = Mat::from_fn(m, count, |i, j| eigen.U()[(i, m - 1 - j)]);
         let outside = match self.coupling.last() {
             Some(coupling) => coupling * inside.subrows(m - b, b),
             None => Mat::zeros(b, count),
         };
-        Ok(RitzPairs {
+        Ok(Ok(RitzPairs {
             values: (0..count).map(value).collect(),
             residuals: (0..count).map(|j| outside.col(j).norm_l2()).collect(),
             coefficients: Mat::from_fn(m + b, count, |i, j| {
                 if i < m { inside[(i, j)] } else { outside[(i - m, j)] / value(j) }
             }),
-        })
+        }))
     }
 
     /// V times the coefficients, 4 Q columns to a block, the last filled up with zeros.
-    pub fn combinations(&self, coefficients: MatRef<'_, f64>) -> Vec<Block<Q>> {
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn combinations(&self, coefficients: MatRef<'_, f64>, watch: &dyn Watch) -> Result<Vec<Block<Q>>, Cancelled> {
         let b = 4 * Q;
         let count = coefficients.ncols().div_ceil(b);
         let parts: Vec<Block<Q>> = (0..count)
@@ -192,8 +207,9 @@ impl<const Q: usize> KrylovSpace<Q> {
             .collect();
         let mut blocks = vec![vec![[[0.0; 4]; Q]; self.blocks[0].len()]; count];
         let mut targets: Vec<&mut [Row<Q>]> = blocks.iter_mut().map(Vec::as_mut_slice).collect();
-        add_products(&mut targets, &self.blocks, &parts.iter().map(Vec::as_slice).collect::<Vec<_>>());
-        blocks
+        let coefficients: Vec<&[Row<Q>]> = parts.iter().map(Vec::as_slice).collect();
+        add_products(&mut targets, &self.blocks, &coefficients, watch)?;
+        Ok(blocks)
     }
 }
 
@@ -216,26 +232,26 @@ impl Mending {
 }
 
 /// Takes V Vᵀ X from X and returns Vᵀ X.
-fn take<const Q: usize>(basis: &[Block<Q>], x: &mut Block<Q>) -> Mat<f64> {
-    let mut coefficients = inner(basis, x);
+fn take<const Q: usize>(basis: &[Block<Q>], x: &mut Block<Q>, watch: &dyn Watch) -> Result<Mat<f64>, Cancelled> {
+    let mut coefficients = inner(basis, x, watch)?;
     let result = matrix(&coefficients);
     coefficients.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|c| *c = -*c);
-    add_product(x, basis, &coefficients);
-    result
+    add_product(x, basis, &coefficients, watch)?;
+    Ok(result)
 }
 
 /// [`take`], again while most of a column was in the space: what is left would be rounding [DGKS76].
-fn project<const Q: usize>(basis: &[Block<Q>], x: &mut Block<Q>) -> Mat<f64> {
+fn project<const Q: usize>(basis: &[Block<Q>], x: &mut Block<Q>, watch: &dyn Watch) -> Result<Mat<f64>, Cancelled> {
     let mut total = Mat::zeros(4 * Q * basis.len(), 4 * Q);
     for _ in 0..4 {
-        let taken = take(basis, x);
+        let taken = take(basis, x, watch)?;
         total += &taken;
         let left = lengths(x);
         if (0..4 * Q).all(|j| taken.col(j).norm_l2() <= left[j]) {
             break;
         }
     }
-    total
+    Ok(total)
 }
 
 /// R with Rᵀ R = G, and the least ratio of a squared diagonal to that of G; none where a column is dependent.
@@ -298,6 +314,7 @@ fn rows<const Q: usize>(matrix: MatRef<'_, f64>) -> Vec<Row<Q>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::Unwatched;
 
     /// Multiplication by 1 / (1 + i) in row i, `distinct` different values, then zero.
     fn operator(distinct: usize) -> impl Fn(&[Row<1>]) -> Block<1> {
@@ -310,7 +327,7 @@ mod tests {
     fn departure(space: &KrylovSpace<1>) -> f64 {
         let mut worst = 0.0f64;
         for (i, block) in space.blocks.iter().enumerate() {
-            let gram = matrix(&inner(&space.blocks, block));
+            let gram = matrix(&inner(&space.blocks, block, &Unwatched).unwrap());
             let identity = Mat::from_fn(gram.nrows(), 4, |r, c| if r == 4 * i + c { 1.0 } else { 0.0 });
             worst = worst.max((gram - identity).norm_max());
         }
@@ -319,12 +336,12 @@ mod tests {
 
     #[test]
     fn the_basis_stays_orthogonal_while_pairs_converge() {
-        let mut space = KrylovSpace::<1>::new(500, 1);
+        let mut space = KrylovSpace::<1>::new(500, 1, &Unwatched).unwrap();
         for _ in 0..40 {
-            space.expand(operator(500));
+            space.expand(operator(500), &Unwatched).unwrap();
         }
         assert!(departure(&space) < 1e-8, "{}", departure(&space));
-        let ritz = space.ritz_pairs(6).unwrap();
+        let ritz = space.ritz_pairs(6, &Unwatched).unwrap().unwrap();
         for i in 0..6 {
             assert!((ritz.values[i] * (1.0 + i as f64) - 1.0).abs() < 1e-12);
             assert!(ritz.residuals[i] < 1e-10);
@@ -334,12 +351,12 @@ mod tests {
     #[test]
     fn an_exhausted_space_goes_on_with_random_vectors() {
         // Rank 6: the second block already depends on the first, the third is rounding alone.
-        let mut space = KrylovSpace::<1>::new(60, 1);
+        let mut space = KrylovSpace::<1>::new(60, 1, &Unwatched).unwrap();
         for _ in 0..8 {
-            space.expand(operator(6));
+            space.expand(operator(6), &Unwatched).unwrap();
         }
         assert!(departure(&space) < 1e-8, "{}", departure(&space));
-        let values = space.ritz_pairs(8).unwrap().values;
+        let values = space.ritz_pairs(8, &Unwatched).unwrap().unwrap().values;
         for (i, value) in values.iter().enumerate() {
             assert!((value - if i < 6 { 1.0 / (1.0 + i as f64) } else { 0.0 }).abs() < 1e-12);
         }

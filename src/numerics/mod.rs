@@ -22,21 +22,25 @@ mod oriented_boxes;
 mod tall_block;
 mod triangular_solve;
 
+mod apart;
 mod decomposition_error;
 mod frobenius;
+mod instruction_set;
 mod median;
 mod report;
 mod side_by_side;
 mod stopping;
-mod watch;
+pub(crate) mod watch;
 
 #[cfg(test)]
 pub(crate) mod random;
 
+pub use apart::apart;
 pub use decomposition_error::DecompositionError;
 pub use frobenius::inner_product;
+pub use instruction_set::instruction_set;
 pub use median::median;
 pub use report::{Report, Stopped};
 pub use side_by_side::side_by_side;
 pub use stopping::Stopping;
-pub use watch::{Cancelled, Unwatched, Watch};
+pub use watch::{Cancelled, Pace, STRIDE, Share, Unwatched, Watch};

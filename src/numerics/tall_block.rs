@@ -6,6 +6,7 @@
 use sprs::CsMat;
 
 use super::lanes::{self, Kernel, Lanes};
+use super::{Cancelled, Pace, Watch};
 
 /// A row of 4 Q numbers.
 pub type Row<const Q: usize> = [[f64; 4]; Q];
@@ -14,33 +15,57 @@ pub type Row<const Q: usize> = [[f64; 4]; Q];
 const STRETCH: usize = 256;
 
 /// Vᵀ X (m × 4 Q) for the basis V of m / 4Q blocks (n × 4 Q each) and X (n × 4 Q).
-pub fn inner<const Q: usize>(basis: &[Vec<Row<Q>>], x: &[Row<Q>]) -> Vec<Row<Q>> {
+///
+/// # Errors
+/// [`Cancelled`] by the watcher, asked as V passes by.
+pub fn inner<const Q: usize>(basis: &[Vec<Row<Q>>], x: &[Row<Q>], watch: &dyn Watch) -> Result<Vec<Row<Q>>, Cancelled> {
+    let mut pace = Pace::new(watch, x.len() * basis.len());
     let mut sums = vec![[[0.0; 4]; Q]; 4 * Q * basis.len()];
     for start in (0..x.len()).step_by(STRETCH) {
         let rows = start..(start + STRETCH).min(x.len());
         for (sums, v) in sums.chunks_exact_mut(4 * Q).zip(basis) {
             lanes::run(AddInner { sums, v: &v[rows.clone()], x: &x[rows.clone()] });
         }
+        pace.steps(rows.len() * basis.len())?;
     }
-    sums
+    Ok(sums)
 }
 
 /// Adds V C to X: V of m / 4Q blocks (n × 4 Q each), C (m × 4 Q), X (n × 4 Q).
-pub fn add_product<const Q: usize>(x: &mut [Row<Q>], basis: &[Vec<Row<Q>>], coefficients: &[Row<Q>]) {
-    add_products(&mut [x], basis, &[coefficients]);
+///
+/// # Errors
+/// [`Cancelled`] by the watcher, asked as V passes by.
+pub fn add_product<const Q: usize>(
+    x: &mut [Row<Q>],
+    basis: &[Vec<Row<Q>>],
+    coefficients: &[Row<Q>],
+    watch: &dyn Watch,
+) -> Result<(), Cancelled> {
+    add_products(&mut [x], basis, &[coefficients], watch)
 }
 
 /// [`add_product`] for several X, each with its own C: V is read once for all.
-pub fn add_products<const Q: usize>(xs: &mut [&mut [Row<Q>]], basis: &[Vec<Row<Q>>], coefficients: &[&[Row<Q>]]) {
+///
+/// # Errors
+/// As [`add_product`].
+pub fn add_products<const Q: usize>(
+    xs: &mut [&mut [Row<Q>]],
+    basis: &[Vec<Row<Q>>],
+    coefficients: &[&[Row<Q>]],
+    watch: &dyn Watch,
+) -> Result<(), Cancelled> {
     let n = basis.first().map_or(0, Vec::len);
+    let mut pace = Pace::new(watch, n * basis.len() * xs.len());
     for start in (0..n).step_by(STRETCH) {
         let rows = start..(start + STRETCH).min(n);
         for (x, c) in xs.iter_mut().zip(coefficients) {
             for (c, v) in c.chunks_exact(4 * Q).zip(basis) {
                 lanes::run(AddProduct { x: &mut x[rows.clone()], v: &v[rows.clone()], c });
             }
+            pace.steps(rows.len() * basis.len())?;
         }
     }
+    Ok(())
 }
 
 /// The inner product of each column of X with that of Y.
@@ -213,7 +238,8 @@ mod tests {
     use sprs::TriMat;
 
     use super::*;
-    use crate::numerics::random;
+    use crate::numerics::watch::counting::Counting;
+    use crate::numerics::{Unwatched, random};
 
     fn rows<const Q: usize>(matrix: &Mat<f64>, first: usize) -> Vec<Row<Q>> {
         let row = |i| std::array::from_fn(|q| std::array::from_fn(|l| matrix[(i, first + 4 * q + l)]));
@@ -231,11 +257,11 @@ mod tests {
         let (v, x) = (random::normal(n, 12 * Q, 1), random::normal(n, 4 * Q, 2));
         let basis: Vec<Vec<Row<Q>>> = (0..3).map(|block| rows(&v, 4 * Q * block)).collect();
         let block = rows::<Q>(&x, 0);
-        assert_close(&inner(&basis, &block), &(v.transpose() * &x));
+        assert_close(&inner(&basis, &block, &Unwatched).unwrap(), &(v.transpose() * &x));
 
         let c = random::normal(12 * Q, 4 * Q, 3);
         let mut sum = block.clone();
-        add_product(&mut sum, &basis, &rows(&c, 0));
+        add_product(&mut sum, &basis, &rows(&c, 0), &Unwatched).unwrap();
         assert_close(&sum, &(&x + &v * &c));
 
         let c = random::normal(4 * Q, 4 * Q, 4);
@@ -254,6 +280,19 @@ mod tests {
         agree_with_naive_ones::<1>();
         agree_with_naive_ones::<2>();
         agree_with_naive_ones::<4>();
+    }
+
+    #[test]
+    fn the_watcher_is_asked_as_the_basis_passes() {
+        let basis = vec![vec![[[1.0; 4]; 1]; 40 * STRETCH]; 5];
+        let (mut x, passed) = (basis[0].clone(), basis.len() * basis[0].len());
+        let counting = Counting::default();
+        let coefficients = inner(&basis, &x, &counting).unwrap();
+        counting.assert_asked_within(passed);
+        let counting = Counting::default();
+        add_product(&mut x, &basis, &coefficients, &counting).unwrap();
+        counting.assert_asked_within(passed);
+        assert_eq!(inner(&basis, &x, &Counting::until(3)), Err(Cancelled));
     }
 
     #[test]

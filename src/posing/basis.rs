@@ -35,14 +35,15 @@ pub fn basis(
     weights: &HandleWeights,
 ) -> Result<Basis, PoseError> {
     let seen = Seen::of(sketch, mesh, matched)?;
-    let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs)?;
+    let unasked = || Ok::<_, PoseError>(());
+    let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs, unasked)?;
     let handles = weights.values.first().map_or(0, Vec::len);
     let product = |v: usize, column: usize| {
         let [x, y] = sketch.point(v);
         let weight = weights.values.get(v).and_then(|row| row.get(column / 3)).copied().unwrap_or(0.0);
         weight * [x, y, 1.0][column % 3]
     };
-    let carried = transfer.carried(&Mat::from_fn(sketch.mesh().positions().len(), 3 * handles, product));
+    let carried = transfer.carried(&Mat::from_fn(sketch.mesh().positions().len(), 3 * handles, product), unasked)?;
     let own = |v: u32| mesh.sound_vertices(v).next().map(|own| own as usize);
     let count = mesh.positions().len();
     // A vertex of no triangle stays where it is: all that moves it is 0.

@@ -13,7 +13,7 @@ use crate::deformation::biharmonic_weights::{Weights, weights};
 use crate::deformation::strain::strain;
 use crate::deformation::transfer::Transfer;
 use crate::mesh::file_mesh::FileMesh;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Share, Watch};
 use crate::pipeline::TOTAL;
 use crate::pipeline::outcome::{MatchResult, ViewReport};
 use crate::sketch::Sketch;
@@ -42,16 +42,17 @@ pub fn run(
     let flat: Vec<[f64; 2]> = sketch.mesh().positions().iter().map(|&[x, y, _]| [x, y]).collect();
     let (weights, frames) = match moves {
         Some(moves) => {
-            let found = weights(&moves.held, &Share { watch, begin: 0.0, end: 0.6 })?;
+            let found = weights(&moves.held, &Share::between(watch, 0.0, 0.6))?;
             let since = timed("weights", begun);
-            let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs)?;
+            let ask = || watch.proceed(0.6).map_err(PoseError::from);
+            let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs, ask)?;
             let since = timed("transfer", since);
             let mut frames = Vec::new();
             for (f, maps) in moves.frames.iter().enumerate() {
-                watch.proceed(0.7 + 0.3 * f as f64 / moves.frames.len() as f64)?;
+                let ask = || watch.proceed(0.7 + 0.3 * f as f64 / moves.frames.len() as f64).map_err(PoseError::from);
                 let drawing = blended(&flat, &found, maps);
                 let moved = |v: usize, axis: usize| drawing[v][axis] - flat[v][axis];
-                let moved = transfer.carried(&Mat::from_fn(flat.len(), 2, moved));
+                let moved = transfer.carried(&Mat::from_fn(flat.len(), 2, moved), ask)?;
                 let offsets = (0..seen.places.len()).map(|v| [moved[(v, 0)], moved[(v, 1)]]).collect();
                 frames.push((drawing, offsets));
             }
@@ -113,19 +114,6 @@ fn posed(sketch: &Sketch, mesh: &FileMesh, seen: &Seen, drawing: Vec<[f64; 2]>, 
 fn reported(weights: &Weights) -> HandleWeights {
     let rows = weights.values.row_iter().map(|row| row.iter().copied().collect());
     HandleWeights { values: rows.collect(), local_extrema: weights.extrema }
-}
-
-/// A part of the whole.
-struct Share<'a> {
-    watch: &'a dyn Watch,
-    begin: f64,
-    end: f64,
-}
-
-impl Watch for Share<'_> {
-    fn proceed(&self, fraction: f64) -> Result<(), Cancelled> {
-        self.watch.proceed(self.begin + (self.end - self.begin) * fraction)
-    }
 }
 
 #[cfg(test)]

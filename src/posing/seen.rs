@@ -101,16 +101,16 @@ impl Seen {
         let middle: [f64; 2] =
             [0, 1].map(|axis| pulls.iter().map(|pull| pull.weight * pull.target[axis]).sum::<f64>() / DRAWN);
         for round in 0..SIZED {
-            watch.proceed(round as f64 / (SIZED + 1) as f64)?;
-            let now = led(&elastic, &self.places, &pulls, &AS_IS)?;
+            let ask = || watch.proceed(round as f64 / (SIZED + 1) as f64).map_err(PoseError::from);
+            let now = led(&elastic, &self.places, &pulls, &AS_IS, ask)?;
             let [was, is] = [&self.places, &now].map(|places| elastic.size(places));
             let growth = if was > 0.0 && is > 0.0 { (is / was).sqrt() } else { 1.0 };
             let grown = |[x, y]: [f64; 2]| [middle[0] + growth * (x - middle[0]), middle[1] + growth * (y - middle[1])];
             self.laid = Similarity { scale: growth * self.laid.scale, shift: grown(self.laid.shift), ..self.laid };
             self.places.iter_mut().for_each(|place| *place = grown(*place));
         }
-        watch.proceed(SIZED as f64 / (SIZED + 1) as f64)?;
-        let now = led(&elastic, &self.places, &pulls, &AS_IS)?;
+        let ask = || watch.proceed(SIZED as f64 / (SIZED + 1) as f64).map_err(PoseError::from);
+        let now = led(&elastic, &self.places, &pulls, &AS_IS, ask)?;
         Ok(now.iter().zip(&self.places).map(|(now, was)| [now[0] - was[0], now[1] - was[1]]).collect())
     }
 }

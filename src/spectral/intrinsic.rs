@@ -10,6 +10,7 @@ use super::laplacian::Triangles;
 use crate::geometry::{doubled_area_of_sides, length, subtract};
 use crate::mesh::TriangleMesh;
 use crate::mesh::edges::{Edges, HalfEdge, triangle_of};
+use crate::numerics::{Cancelled, Pace, Watch};
 
 /// A triangle is thin where its height over its longest edge is less than this share of that edge.
 const THIN: f64 = 1e-4;
@@ -27,15 +28,18 @@ const ALONE: HalfEdge = HalfEdge::MAX;
 
 /// Where triangles are so thin that an operator is to be made from others, the surface with Delaunay edges in their place;
 /// its vertices are those of the mesh.
-pub(super) fn without_thin(mesh: &TriangleMesh) -> Option<Triangles> {
+///
+/// # Errors
+/// [`Cancelled`] by the watcher, asked as edges are flipped.
+pub(super) fn without_thin(mesh: &TriangleMesh, watch: &dyn Watch) -> Result<Option<Triangles>, Cancelled> {
     let thin: Vec<usize> = lengths(mesh).into_iter().enumerate().filter(|(_, l)| is_thin(*l)).map(|(t, _)| t).collect();
     if thin.is_empty() {
-        return None;
+        return Ok(None);
     }
     let mut surface = Surface::of(mesh);
     surface.mollify();
-    surface.flip(&thin);
-    Some(Triangles { corners: surface.corners, lengths: surface.lengths })
+    surface.flip(&thin, watch)?;
+    Ok(Some(Triangles { corners: surface.corners, lengths: surface.lengths }))
 }
 
 fn is_thin(lengths: [f64; 3]) -> bool {
@@ -81,7 +85,7 @@ impl Surface {
     }
 
     /// Flips edges until those of these triangles, and of all that are changed for them, are Delaunay.
-    fn flip(&mut self, thin: &[usize]) {
+    fn flip(&mut self, thin: &[usize], watch: &dyn Watch) -> Result<(), Cancelled> {
         let sides = thin.iter().flat_map(|&t| (3 * t as HalfEdge..).take(3));
         let mut pending: Vec<HalfEdge> = sides.map(|h| h.min(self.partner(h))).collect();
         pending.sort_unstable();
@@ -89,7 +93,9 @@ impl Surface {
         let mut is_pending = vec![false; self.partners.len()];
         pending.iter().for_each(|&h| is_pending[h as usize] = true);
         let mut patience = PATIENCE * self.partners.len();
+        let mut pace = Pace::new(watch, patience);
         while let Some(h) = pending.pop().filter(|_| patience > 0) {
+            pace.step()?;
             is_pending[h as usize] = false;
             let g = self.partner(h);
             if g == ALONE || triangle_of(g) == triangle_of(h) || self.cotangent(h) + self.cotangent(g) >= DELAUNAY {
@@ -105,6 +111,7 @@ impl Surface {
                 }
             }
         }
+        Ok(())
     }
 
     fn partner(&self, h: HalfEdge) -> HalfEdge {
@@ -196,7 +203,7 @@ mod tests {
             spectrum_with(mesh, Lumping::Mixed, 20, Boundary::Neumann, &Unwatched).unwrap().eigenvalues
         };
         let mesh = long();
-        assert!(without_thin(&mesh).is_none());
+        assert_eq!(without_thin(&mesh, &Unwatched).map(|thin| thin.is_some()), Ok(false));
         let (sound, broken) = (eigenvalues(&mesh), eigenvalues(&with_slivers(&mesh, 100)));
         for (sound, broken) in sound.iter().zip(broken).skip(1) {
             assert!((broken / sound - 1.0).abs() < 2e-3, "{broken} for {sound}");
@@ -206,7 +213,7 @@ mod tests {
     #[test]
     fn no_thin_triangle_is_left_and_the_area_stays() {
         let mesh = with_slivers(&long(), 7);
-        let Triangles { lengths, .. } = without_thin(&mesh).unwrap();
+        let Triangles { lengths, .. } = without_thin(&mesh, &Unwatched).unwrap().unwrap();
         assert!(!lengths.iter().any(|&lengths| is_thin(lengths)));
         let area: f64 = lengths.iter().map(|&lengths| 0.5 * doubled_area_of_sides(lengths)).sum();
         assert!((area / mesh.area() - 1.0).abs() < 1e-3, "{area}");

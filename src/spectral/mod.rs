@@ -2,6 +2,7 @@
 
 mod intrinsic;
 pub mod laplacian;
+pub mod rebuilt;
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -9,8 +10,8 @@ use sprs::CsMat;
 use utoipa::ToSchema;
 
 use crate::mesh::{TriangleMesh, connectivity};
-use crate::numerics::Watch;
 use crate::numerics::block_lanczos::{self, EigenError, Eigenpairs};
+use crate::numerics::{Cancelled, Watch};
 use laplacian::Lumping;
 
 /// Raised with every change that alters a spectrum: part of the key under which spectra are cached.
@@ -46,6 +47,12 @@ pub enum SpectralError {
     NoMass,
     #[error(transparent)]
     Eigen(#[from] EigenError),
+}
+
+impl From<Cancelled> for SpectralError {
+    fn from(cancelled: Cancelled) -> SpectralError {
+        SpectralError::Eigen(cancelled.into())
+    }
 }
 
 /// The first k eigenpairs of S φ = λ A φ on a connected mesh of n vertices, S the cotangent stiffness and A the lumped
@@ -122,10 +129,12 @@ pub fn spectrum_with(
     boundary: Boundary,
     watch: &dyn Watch,
 ) -> Result<Spectrum, SpectralError> {
-    let (stiffness, mass) = match intrinsic::without_thin(mesh) {
+    let thinned = intrinsic::without_thin(mesh, watch).map_err(EigenError::from)?;
+    let (stiffness, mass) = match thinned {
         Some(triangles) => triangles.operator(mesh.positions().len(), lumping),
         None => (laplacian::stiffness(mesh), laplacian::mass(mesh, lumping)),
     };
+    watch.proceed(0.0).map_err(EigenError::from)?;
     if !mass.iter().all(|&m| m > 0.0 && m.is_finite()) || !stiffness.data().iter().all(|s| s.is_finite()) {
         return Err(SpectralError::NoMass);
     }

@@ -57,7 +57,7 @@ pub fn believed(scene: &Scene<'_>, attempt: Attempt) -> Result<(Attempt, bool), 
         return Ok((attempt, false));
     }
     let map = by_distances::mapped(scene.shape, scene.mesh, &attempt.map, &attempt.laying.costs, scene.watch)?;
-    let none = &Landmarks::new(scene.shape, &[]);
+    let none = &Landmarks::new(scene.shape, &[], scene.watch)?;
     let other = map.map(|map| attempt.clone().answering(scene, none, map));
     Ok(match other {
         Some(other) if other.score() < attempt.score() => (other, true),

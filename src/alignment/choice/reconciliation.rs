@@ -120,7 +120,8 @@ impl Known<'_> {
     /// The landmarks, and vertices far from them and from each other that are not wrong.
     fn anchors(&self, map: &[u32], wrong: &[bool]) -> Result<Vec<Anchor>, Cancelled> {
         let told = self.landmarks.pairs.iter().take(TOLD);
-        let mut anchors: Vec<Anchor> = told.map(|&pair| Anchor::of(self.scene.shape, pair)).collect();
+        let anchor = |pair| Anchor::of(self.scene.shape, pair, self.scene.watch);
+        let mut anchors = told.copied().map(anchor).collect::<Result<Vec<Anchor>, Cancelled>>()?;
         let most = anchors.len() + ANCHORS;
         let mut points = FarthestPoints::new(map.len());
         let mut passed = 0;
@@ -133,7 +134,7 @@ impl Known<'_> {
             // Of equals the last is taken.
             let right = (0..map.len() as u32).rev().filter(|&x| !wrong[x as usize]);
             let Some(next) = points.farthest(right) else { break };
-            anchors.push(Anchor::of(self.scene.shape, Pair { sketch: next, mesh: map[next as usize] }));
+            anchors.push(anchor(Pair { sketch: next, mesh: map[next as usize] })?);
         }
         Ok(anchors)
     }

@@ -13,7 +13,8 @@ pub const ANGLES: usize = 12;
 /// Bins of a histogram.
 pub const BINS: usize = RADII * ANGLES;
 
-/// Where the bins of length begin and end; what is shorter or longer falls into the first or the last one.
+/// Where the bins of length begin and end, in units of the square root of the figure's area; what is shorter or longer falls
+/// into the first or the last one.
 const NEAR: f64 = 0.08;
 const FAR: f64 = 4.0;
 

@@ -7,7 +7,7 @@ use crate::numerics::lanes::vectorised;
 /// Samples more different than this are as bad as can be: a part that is missing costs its length, no more.
 pub const TRUNCATE: f32 = 0.4;
 
-/// Price of going on along one contour alone.
+/// Price of going on along one contour alone, beside the differences of samples.
 const SKIP: f32 = 0.05;
 
 /// Starting samples looked at together.
@@ -16,7 +16,8 @@ const LANES: usize = 32;
 /// Terms of a sum added side by side.
 const WIDTH: usize = 8;
 
-/// What the two cues of a sample weigh: what it sees of the others, and how thick the figure is there.
+/// What the two cues of a sample weigh in the difference of two: what it sees of the others (½χ², up to 1), and
+/// how thick the figure is there (a difference of logarithms).
 const CONTEXT: f32 = 0.6;
 const THICKNESS: f32 = 0.18;
 

@@ -15,6 +15,7 @@ const SURE: f64 = 0.15;
 /// An anchor whose median distortion is above the larger of this and `OUTLYING` times the median is dropped.
 const BENT: f64 = 0.12;
 const OUTLYING: f64 = 2.5;
+
 /// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
 pub struct Anchor {
     sketch: u32,
@@ -23,8 +24,10 @@ pub struct Anchor {
 }
 
 impl Anchor {
-    pub fn of(shape: &FlatShape, Pair { sketch, mesh }: Pair) -> Anchor {
-        Anchor { sketch, mesh, near: shape.distances_from(sketch) }
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn of(shape: &FlatShape, Pair { sketch, mesh }: Pair, watch: &dyn Watch) -> Result<Anchor, Cancelled> {
+        Ok(Anchor { sketch, mesh, near: shape.distances_from(sketch, watch)? })
     }
 }
 
@@ -41,7 +44,7 @@ pub fn mapped(
     costs: &[f64],
     watch: &dyn Watch,
 ) -> Result<Option<Vec<u32>>, Cancelled> {
-    let spread = spread(shape, map, costs);
+    let spread = spread(shape, map, costs, watch)?;
     if spread.len() < FEWEST {
         return Ok(None);
     }
@@ -97,17 +100,17 @@ fn nearest(fields: &[Vec<f32>], wanted: &[f64], weights: &[f64]) -> u32 {
 }
 
 /// Sure vertices of the outline, far from each other.
-fn spread(shape: &FlatShape, map: &[u32], costs: &[f64]) -> Vec<Anchor> {
+fn spread(shape: &FlatShape, map: &[u32], costs: &[f64], watch: &dyn Watch) -> Result<Vec<Anchor>, Cancelled> {
     let sure: Vec<u32> = shape.outline.iter().zip(costs).filter(|&(_, &cost)| cost < SURE).map(|(&v, _)| v).collect();
     let mut points = FarthestPoints::new(map.len());
     let mut anchors = Vec::new();
     while anchors.len() < ANCHORS.min(sure.len()) {
         let Some(next) = points.farthest(sure.iter().copied()) else { break };
-        let anchor = Anchor::of(shape, Pair { sketch: next, mesh: map[next as usize] });
+        let anchor = Anchor::of(shape, Pair { sketch: next, mesh: map[next as usize] }, watch)?;
         points.choose(&anchor.near);
         anchors.push(anchor);
     }
-    anchors
+    Ok(anchors)
 }
 
 /// The median of a length on the mesh by that on the sketch.

@@ -7,7 +7,7 @@ use crate::geometry::axes::{Axes, centred};
 use crate::mesh::TriangleMesh;
 use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Share, Watch};
 use crate::spectral::laplacian;
 
 /// Points of the sketch between which distances are compared.
@@ -73,8 +73,11 @@ impl FlatShape {
     }
 
     /// The distances within the figure from a vertex to every other.
-    pub fn distances_from(&self, vertex: u32) -> Vec<f64> {
-        self.marching.distances(&[vertex]).iter().map(|d| d / self.scale).collect()
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn distances_from(&self, vertex: u32, watch: &dyn Watch) -> Result<Vec<f64>, Cancelled> {
+        Ok(self.marching.distances(&[vertex], watch)?.iter().map(|d| d / self.scale).collect())
     }
 }
 
@@ -90,8 +93,9 @@ fn farthest_points(
     let (mut samples, mut fields) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut points = FarthestPoints::new(positions.len());
     while let Some(sample) = next.filter(|_| samples.len() < count) {
-        watch.proceed(samples.len() as f64 / count as f64)?;
-        let field = marching.distances(&[sample]);
+        let share = Share::of(watch, samples.len(), count);
+        share.proceed(0.0)?;
+        let field = marching.distances(&[sample], &share)?;
         samples.push(sample);
         points.choose(&field);
         next = points.farthest(0..positions.len() as u32);

@@ -6,7 +6,7 @@ use super::sampled_distances::SampledDistances;
 use crate::geometry::{length, subtract};
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Share, Watch};
 
 /// Limbs at most.
 const MOST: usize = 10;
@@ -72,16 +72,17 @@ fn tips(mesh: &TriangleMesh, mean: &[f64], watch: &dyn Watch) -> Result<Vec<(u32
     let marching = Marching::new(mesh);
     let mut tips: Vec<(u32, Vec<f64>)> = Vec::new();
     for v in summits {
-        watch.proceed(tips.len() as f64 / MOST as f64)?;
+        let share = Share::of(watch, tips.len(), MOST);
+        share.proceed(0.0)?;
         if tips.len() == MOST {
             break;
         }
         if tips.iter().any(|(_, field)| field[v] <= APART) {
             continue;
         }
-        let around = marching.distances_within(&[v as u32], SUMMIT);
+        let around = marching.distances_within(&[v as u32], SUMMIT, &share)?;
         if (0..mean.len()).all(|u| around[u] >= SUMMIT || !higher(u, v)) {
-            tips.push((v as u32, marching.distances(&[v as u32])));
+            tips.push((v as u32, marching.distances(&[v as u32], &share)?));
         }
     }
     Ok(tips)

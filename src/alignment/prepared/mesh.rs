@@ -57,14 +57,14 @@ impl PreparedMesh {
         let masses: Vec<f64> = mass(mesh, Lumping::Barycentric).iter().map(|a| a / area).collect();
         let centred = centred(mesh.positions(), &masses, scale);
         let axes = Axes::principal(&centred, &masses);
-        let positions = centred.into_iter().map(|p| axes.along(p)).collect();
-        let triangles = mesh.triangles().to_vec();
-        let unit = TriangleMesh::new(positions, triangles).expect("a valid mesh of another size is valid");
+        let unit = mesh.similar(centred.into_iter().map(|p| axes.along(p)).collect());
         let (positions, triangles) = (unit.positions(), unit.triangles());
         let distances = SampledDistances::new(&unit, SAMPLES, watch)?;
-        let symmetry = plane(positions, &masses);
+        let symmetry = plane(positions, &masses, || watch.proceed(0.5))?;
         let limbs = limbs(&unit, &distances, watch)?;
+        watch.proceed(0.5)?;
         let closed = is_seen_from_outside(&unit);
+        watch.proceed(0.5)?;
         let facing = vertex_normals(&unit);
         let normals = distances.samples.iter().map(|&sample| facing[sample as usize]).collect();
         let view = |&direction: &[f64; 3]| {

@@ -6,7 +6,7 @@ use crate::geometry::{length, subtract};
 use crate::mesh::TriangleMesh;
 use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Share, Watch};
 
 /// Samples looked at side by side.
 const LANES: usize = 8;
@@ -25,7 +25,7 @@ impl SampledDistances {
     /// then every time the vertex farthest from those before. O(count · n log n).
     ///
     /// # Errors
-    /// [`Cancelled`] by the watcher, asked before every field.
+    /// [`Cancelled`] by the watcher, asked before and within every field.
     pub fn new(mesh: &TriangleMesh, count: usize, watch: &dyn Watch) -> Result<Self, Cancelled> {
         let count = count.min(mesh.positions().len());
         let marching = Marching::new(mesh);
@@ -33,8 +33,9 @@ impl SampledDistances {
         let mut next = farthest_from_the_middle(mesh.positions());
         let (mut samples, mut fields) = (Vec::with_capacity(count), Vec::with_capacity(count));
         while let Some(sample) = next.filter(|_| samples.len() < count) {
-            watch.proceed(samples.len() as f64 / count as f64)?;
-            let field = marching.distances(&[sample]);
+            let share = Share::of(watch, samples.len(), count);
+            share.proceed(0.0)?;
+            let field = marching.distances(&[sample], &share)?;
             points.choose(&field);
             next = points.farthest(0..mesh.positions().len() as u32);
             samples.push(sample);
@@ -125,7 +126,7 @@ mod tests {
         let marching = Marching::new(&mesh);
         let (mut error, mut count) = (0.0, 0.0);
         for a in (0..n).step_by(97) {
-            let truth = marching.distances(&[a]);
+            let truth = marching.distances(&[a], &Unwatched).unwrap();
             for b in (0..n).step_by(7) {
                 let (found, [lower, upper]) = (sampled.between(a, b), sampled.bounds(a, b));
                 assert!(lower <= found && found <= upper || a == b && found == 0.0);

@@ -1,6 +1,8 @@
 //! Which way is up on a mesh: along one of the axes of its file, so that it stands on what lies apart from its plane of
 //! symmetry, as feet do, with its middle above them.
 
+use std::convert::Infallible;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -47,7 +49,7 @@ pub fn up(mesh: &TriangleMesh, agreed: Option<[f64; 3]>) -> Up {
     let centred = centred(mesh.positions(), &masses, area.sqrt());
     let axes = Axes::principal(&centred, &masses);
     let positions: Vec<[f64; 3]> = centred.into_iter().map(|p| axes.along(p)).collect();
-    let symmetry = plane(&positions, &masses);
+    let Ok(symmetry) = plane(&positions, &masses, || Ok::<_, Infallible>(()));
     found(&Body { positions: &positions, masses: &masses, axes: &axes, symmetry: &symmetry }, agreed)
 }
 

@@ -19,6 +19,7 @@ const REFINED: usize = 4;
 const FAR: f64 = 0.15;
 /// First steps of tilt (radians, nearly) and of offset.
 const SPREAD: [f64; 3] = [0.15, 0.15, 0.03];
+/// Where a search ends: tilts as small as the pixels of a view tell, and at the latest after so many steps.
 const TOLERANCE: Tolerance = Tolerance { point: 1e-3, value: 1e-5, steps: 120 };
 const SEED: u64 = 0;
 
@@ -49,20 +50,25 @@ impl Symmetry {
 /// The plane through (nearly) the centroid of the n masses that lays the vertices best on themselves: the best of 120
 /// directions, four of them refined over tilt and offset.
 ///
+/// # Errors
+/// That of `ask`, which is called for every plane tried.
+///
 /// # Panics
 /// Where there is no vertex.
-pub fn plane(positions: &[[f64; 3]], masses: &[f64]) -> Symmetry {
+pub fn plane<E>(positions: &[[f64; 3]], masses: &[f64], ask: impl Fn() -> Result<(), E>) -> Result<Symmetry, E> {
     let total: f64 = masses.iter().sum();
     let weighted = |i: usize| positions.iter().zip(masses).map(|(p, mass)| p[i] * mass).sum::<f64>();
     let centre: [f64; 3] = std::array::from_fn(|i| weighted(i) / total);
     let tree = KdTree::build_by_ordered_float(positions.to_vec());
     let samples = drawn(positions, masses);
     let judged = |normal: [f64; 3], shift: f64| {
+        ask()?;
         let normal = unit(normal);
         let plane = Symmetry { normal, offset: dot(normal, centre) + shift, asymmetry: 0.0 };
-        Symmetry { asymmetry: asymmetry(&tree, &samples, &plane), ..plane }
+        Ok(Symmetry { asymmetry: asymmetry(&tree, &samples, &plane), ..plane })
     };
-    let mut tried: Vec<Symmetry> = half_sphere(TRIED).into_iter().map(|normal| judged(normal, 0.0)).collect();
+    let tried = half_sphere(TRIED).into_iter().map(|normal| judged(normal, 0.0));
+    let mut tried: Vec<Symmetry> = tried.collect::<Result<_, E>>()?;
     tried.sort_by(|a, b| a.asymmetry.total_cmp(&b.asymmetry));
     let refined = tried[..REFINED].iter().map(|plane| {
         let frame = Frame::looking_from(plane.normal);
@@ -70,9 +76,11 @@ pub fn plane(positions: &[[f64; 3]], masses: &[f64]) -> Symmetry {
             let tilt = |i| plane.normal[i] + right * frame.right[i] + up * frame.up[i];
             judged(std::array::from_fn(tilt), shift)
         };
-        tilted(nelder_mead::minimum(|p| tilted(p).asymmetry, [0.0; 3], SPREAD, TOLERANCE).0)
+        tilted(nelder_mead::minimum(|p| Ok(tilted(p)?.asymmetry), [0.0; 3], SPREAD, TOLERANCE)?.0)
     });
-    refined.reduce(|a, b| if b.asymmetry < a.asymmetry { b } else { a }).expect("several planes are refined")
+    let refined: Vec<Symmetry> = refined.collect::<Result<_, E>>()?;
+    let best = refined.into_iter().reduce(|a, b| if b.asymmetry < a.asymmetry { b } else { a });
+    Ok(best.expect("several planes are refined"))
 }
 
 /// Vertices drawn with probability in proportion to mass.
@@ -105,8 +113,17 @@ fn asymmetry(tree: &KdTree<[f64; 3]>, samples: &[[f64; 3]], plane: &Symmetry) ->
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+    use std::convert::Infallible;
+
     use super::*;
     use crate::mesh::solids::{star, turned};
+    use crate::numerics::Cancelled;
+
+    fn found(positions: &[[f64; 3]]) -> Symmetry {
+        let Ok(plane) = plane(positions, &vec![1.0; positions.len()], || Ok::<_, Infallible>(()));
+        plane
+    }
 
     #[test]
     fn the_plane_of_a_body_is_found_however_it_is_turned() {
@@ -115,7 +132,7 @@ mod tests {
             let normal = turned([1.0, 0.0, 0.0], angles);
             let positions: Vec<_> =
                 body.positions().iter().map(|&p| turned([p[0] + 0.3, p[1], p[2]], angles)).collect();
-            let found = plane(&positions, &vec![1.0; positions.len()]);
+            let found = found(&positions);
             let along = dot(found.normal, normal);
             assert!(along.abs() > 0.9995 && found.asymmetry < 0.01, "{found:?}");
             assert!((found.offset * along.signum() - 0.3).abs() < 0.01, "{found:?}");
@@ -135,8 +152,22 @@ mod tests {
         let tetrahedron = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let sheet = (0..100).map(|i| [f64::from(i % 10) * 0.1, f64::from(i / 10) * 0.1, 0.0]).collect();
         for positions in [tetrahedron, sheet, vec![[0.5; 3]; 200]] {
-            let Symmetry { normal, asymmetry, .. } = plane(&positions, &vec![1.0; positions.len()]);
+            let Symmetry { normal, asymmetry, .. } = found(&positions);
             assert!((dot(normal, normal) - 1.0).abs() < 1e-12 && (0.0..=FAR).contains(&asymmetry));
         }
+    }
+
+    #[test]
+    fn every_plane_tried_asks() {
+        let (body, asked) = (star(0.0), Cell::new(0));
+        let masses = vec![1.0; body.positions().len()];
+        let count = |most: usize| {
+            asked.set(asked.get() + 1);
+            if asked.get() > most { Err(Cancelled) } else { Ok(()) }
+        };
+        assert!(plane(body.positions(), &masses, || count(usize::MAX)).is_ok() && asked.get() > TRIED + 4 * REFINED);
+        asked.set(0);
+        // Within the simplex, too.
+        assert_eq!(plane(body.positions(), &masses, || count(TRIED + 2)), Err(Cancelled));
     }
 }

@@ -4,7 +4,7 @@ use crate::alignment::contour::SAMPLES;
 use crate::alignment::contour::view::View;
 use crate::alignment::prepared::sampled_distances::Place;
 use crate::alignment::prepared::{FlatShape, PreparedMesh};
-use crate::numerics::median;
+use crate::numerics::{Cancelled, Watch, median};
 
 /// How much a difference of distances, in units of √area, counts beside the difference of two samples, and the largest
 /// that counts.
@@ -36,12 +36,18 @@ pub struct Landmarks {
 }
 
 impl Landmarks {
-    pub fn new(shape: &FlatShape, pairs: &[Pair]) -> Landmarks {
+    /// # Errors
+    /// [`Cancelled`] by the watcher, asked at every landmark.
+    pub fn new(shape: &FlatShape, pairs: &[Pair], watch: &dyn Watch) -> Result<Landmarks, Cancelled> {
         let rim = || shape.outline.iter().map(|&v| (v, shape.positions[v as usize]));
         let of = |&sample: &[f64; 2]| nearest(rim(), sample);
         let outline = if pairs.is_empty() { Vec::new() } else { shape.contour.curve.iter().map(of).collect() };
-        let fields = pairs.iter().map(|pair| shape.distances_from(pair.sketch)).collect();
-        Landmarks { pairs: pairs.to_vec(), fields, outline }
+        let field = |(i, pair): (usize, &Pair)| {
+            watch.proceed(i as f64 / pairs.len() as f64)?;
+            shape.distances_from(pair.sketch, watch)
+        };
+        let fields = pairs.iter().enumerate().map(field).collect::<Result<_, Cancelled>>()?;
+        Ok(Landmarks { pairs: pairs.to_vec(), fields, outline })
     }
 
     /// What has to be added to the differences (110 × 110) between the sketch's and the view's contour: how far the

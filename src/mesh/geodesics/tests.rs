@@ -3,6 +3,8 @@ use std::f64::consts::SQRT_2;
 use super::*;
 use crate::geometry::{length, subtract};
 use crate::mesh::solids::globe;
+use crate::numerics::Unwatched;
+use crate::numerics::watch::counting::Counting;
 
 /// A unit square of n × n cells, its inner vertices moved by `jitter` cells to and fro and one diagonal per cell.
 fn square(n: usize, jitter: f64) -> TriangleMesh {
@@ -21,7 +23,7 @@ fn square(n: usize, jitter: f64) -> TriangleMesh {
 }
 
 fn distances(mesh: &TriangleMesh, sources: &[u32]) -> Vec<f64> {
-    Marching::new(mesh).distances(sources)
+    Marching::new(mesh).distances(sources, &Unwatched).unwrap()
 }
 
 /// The lengths of the shortest paths along edges, by relaxing all of them until nothing changes.
@@ -119,7 +121,8 @@ fn what_no_source_reaches_is_infinitely_far() {
 fn a_short_reach_changes_nothing_within_it() {
     let mesh = square(20, 0.3);
     let marching = Marching::new(&mesh);
-    for (far, near) in marching.distances(&[200]).iter().zip(marching.distances_within(&[200], 0.3)) {
+    let (all, some) = (marching.distances(&[200], &Unwatched), marching.distances_within(&[200], 0.3, &Unwatched));
+    for (far, near) in all.unwrap().iter().zip(some.unwrap()) {
         assert!(if *far <= 0.3 { near == *far } else { near > 0.3 });
     }
 }
@@ -128,7 +131,7 @@ fn a_short_reach_changes_nothing_within_it() {
 fn cells_are_of_the_nearest_source() {
     for mesh in [square(24, 0.3), globe(24, 48)] {
         let sources = [5, 210, 399, 5, 47];
-        let cells = Marching::new(&mesh).cells_within(&sources, 0.4);
+        let cells = Marching::new(&mesh).cells_within(&sources, 0.4, &Unwatched).unwrap();
         let fields = sources.map(|source| distances(&mesh, &[source]));
         let length =
             |a: u32, b: u32| super::length(subtract(mesh.positions()[a as usize], mesh.positions()[b as usize]));
@@ -148,4 +151,14 @@ fn cells_are_of_the_nearest_source() {
         // Of a vertex named twice the first place counts.
         assert!(of[3] == 0 && [0, 1, 2, 4].iter().all(|&cell| of[cell] > 5), "{of:?}");
     }
+}
+
+#[test]
+fn the_watcher_is_asked_as_the_front_passes() {
+    let mesh = square(150, 0.0);
+    let (marching, vertices) = (Marching::new(&mesh), mesh.positions().len());
+    let counting = Counting::default();
+    marching.distances(&[0], &counting).unwrap();
+    counting.assert_asked_within(vertices);
+    assert_eq!(marching.cells_within(&[0, 7], f64::INFINITY, &Counting::until(1)), Err(Cancelled));
 }

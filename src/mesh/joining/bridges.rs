@@ -4,6 +4,7 @@ use std::collections::{HashMap, VecDeque};
 
 use super::super::disjoint_sets::DisjointSets;
 use super::grid::Grid;
+use crate::numerics::{Cancelled, Pace, Watch};
 
 /// A gap is bridged where it is at most so many times as wide as at its narrowest, and by so many cells: the rims of an arm
 /// and its sleeve face each other so, the arm and the hip do not.
@@ -23,8 +24,11 @@ struct Way {
 
 /// The cells of bridges between parts, `parts` being the part in each cell or [`EMPTY`], of so many. There are bridges between
 /// any two of them whose gap is no wider than the widest that has to be crossed for all to hang together.
-pub(super) fn bridges(grid: &Grid, parts: &[u32], count: usize) -> Vec<usize> {
-    let ways = ways(grid, parts);
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub(super) fn bridges(grid: &Grid, parts: &[u32], count: usize, watch: &dyn Watch) -> Result<Vec<usize>, Cancelled> {
+    let ways = ways(grid, parts, watch)?;
     let mut sets = DisjointSets::new(count);
     let mut narrowest: HashMap<[u32; 2], usize> = HashMap::new();
     let mut widest = 0;
@@ -44,17 +48,19 @@ pub(super) fn bridges(grid: &Grid, parts: &[u32], count: usize) -> Vec<usize> {
             grid.between(way.ends, |cell| cells.push(cell));
         }
     }
-    cells
+    Ok(cells)
 }
 
 /// The ways between parts that meet half way, the shortest first.
-fn ways(grid: &Grid, parts: &[u32]) -> Vec<Way> {
+fn ways(grid: &Grid, parts: &[u32], watch: &dyn Watch) -> Result<Vec<Way>, Cancelled> {
+    let mut pace = Pace::new(watch, parts.len());
     // Per cell the cell of a part that it was reached from in the fewest steps.
     let mut nearest: Vec<usize> = (0..parts.len()).collect();
     let mut reached: Vec<bool> = parts.iter().map(|&part| part != EMPTY).collect();
     let mut pending: VecDeque<usize> = (0..parts.len()).filter(|&cell| reached[cell]).collect();
     let mut ways = Vec::new();
     while let Some(cell) = pending.pop_front() {
+        pace.step()?;
         for next in grid.beside(cell) {
             if !std::mem::replace(&mut reached[next], true) {
                 nearest[next] = nearest[cell];
@@ -70,5 +76,5 @@ fn ways(grid: &Grid, parts: &[u32]) -> Vec<Way> {
     }
     ways.sort_unstable();
     ways.dedup();
-    ways
+    Ok(ways)
 }

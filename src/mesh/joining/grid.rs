@@ -1,6 +1,7 @@
 //! A grid of cubes about a body.
 
 use crate::geometry::{cross, length, subtract};
+use crate::numerics::{Cancelled, Pace, Watch};
 
 /// Cells between the body and the border of the grid: more than any gap that is closed.
 const MARGIN: usize = 6;
@@ -81,22 +82,39 @@ impl Grid {
     }
 
     /// Flags of the cells that can be reached from the first through cells that are `open`, across their sides.
-    pub fn reached_from_the_border(&self, open: impl Fn(usize) -> bool) -> Vec<bool> {
-        self.reached(0, open)
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn reached_from_the_border(
+        &self,
+        open: impl Fn(usize) -> bool,
+        watch: &dyn Watch,
+    ) -> Result<Vec<bool>, Cancelled> {
+        self.reached(0, open, watch)
     }
 
     /// Whether these cells can be reached from each other through cells that are `inside`.
-    pub fn hang_together(&self, inside: impl Fn(usize) -> bool, mut cells: impl Iterator<Item = usize>) -> bool {
-        let Some(first) = cells.next() else { return true };
-        let reached = self.reached(first, inside);
-        cells.all(|cell| reached[cell])
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn hang_together(
+        &self,
+        inside: impl Fn(usize) -> bool,
+        mut cells: impl Iterator<Item = usize>,
+        watch: &dyn Watch,
+    ) -> Result<bool, Cancelled> {
+        let Some(first) = cells.next() else { return Ok(true) };
+        let reached = self.reached(first, inside, watch)?;
+        Ok(cells.all(|cell| reached[cell]))
     }
 
-    fn reached(&self, start: usize, open: impl Fn(usize) -> bool) -> Vec<bool> {
+    fn reached(&self, start: usize, open: impl Fn(usize) -> bool, watch: &dyn Watch) -> Result<Vec<bool>, Cancelled> {
+        let mut pace = Pace::new(watch, self.cells());
         let mut reached = vec![false; self.cells()];
         let mut pending = vec![start];
         reached[start] = true;
         while let Some(cell) = pending.pop() {
+            pace.step()?;
             for next in self.beside(cell) {
                 if !reached[next] && open(next) {
                     reached[next] = true;
@@ -104,7 +122,7 @@ impl Grid {
                 }
             }
         }
-        reached
+        Ok(reached)
     }
 
     /// The cells that share a side, an edge or a corner with a cell of which none lies on the border.

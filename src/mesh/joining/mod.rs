@@ -10,7 +10,7 @@ use super::TriangleMesh;
 use super::connectivity::largest_component;
 use super::mending::mended;
 use crate::numerics::distance_transform::squared_distances;
-use crate::numerics::{Cancelled, Watch};
+use crate::numerics::{Cancelled, Pace, Share, Watch};
 use bridges::{EMPTY, bridges};
 use grid::Grid;
 
@@ -40,33 +40,35 @@ pub(super) fn joined(
     }
     let mut part_in = vec![EMPTY; grid.cells()];
     let mut seeds: Vec<(u32, usize)> = Vec::new();
+    let mut pace = Pace::new(watch, triangles.len());
     for (triangle, &part) in triangles.iter().zip(parts) {
-        let mut first = None;
+        let (mut first, mut samples) = (None, 0);
         grid.cross(corners(triangle), |cell| {
+            samples += 1;
             if part_in[cell] == EMPTY {
                 part_in[cell] = part;
             }
             first.get_or_insert(cell);
         });
         seeds.extend(first.map(|cell| (part, cell)));
+        pace.steps(samples)?;
     }
     seeds.sort_unstable();
     seeds.dedup_by_key(|(part, _)| *part);
-    watch.proceed(0.0)?;
+    let share = |i: usize| Share::of(watch, i, CLOSED.len() + 1);
     let mut body = Body { is_surface: part_in.iter().map(|&part| part != EMPTY).collect(), seeds, grid };
-    let Closed { depths, together } = body.closed(CLOSED[0]);
+    let Closed { depths, together } = body.closed(CLOSED[0], &share(0))?;
     if together {
-        return Ok(surface(&body.grid, &depths));
+        return surface(&body.grid, &depths, watch);
     }
     let count = parts.iter().max().map_or(0, |&last| last as usize + 1);
-    for cell in bridges(&body.grid, &part_in, count) {
+    for cell in bridges(&body.grid, &part_in, count, &share(0))? {
         body.is_surface[cell] = true;
     }
     for (i, closed) in CLOSED.into_iter().enumerate() {
-        watch.proceed((i + 1) as f64 / (CLOSED.len() + 1) as f64)?;
-        let Closed { depths, together } = body.closed(closed);
+        let Closed { depths, together } = body.closed(closed, &share(i + 1))?;
         if together || i + 1 == CLOSED.len() {
-            return Ok(surface(&body.grid, &depths));
+            return surface(&body.grid, &depths, watch);
         }
     }
     Ok(None)
@@ -91,28 +93,32 @@ struct Closed {
 
 impl Body {
     /// What cannot be reached from outside through gaps of up to twice this width, in cells.
-    fn closed(&self, width: f32) -> Closed {
-        let from_surface = squared_distances(&self.is_surface, self.grid.sizes);
-        let is_outside = self.grid.reached_from_the_border(|cell| from_surface[cell] > width * width);
-        let from_outside = squared_distances(&is_outside, self.grid.sizes);
+    fn closed(&self, width: f32, watch: &dyn Watch) -> Result<Closed, Cancelled> {
+        let from_surface = squared_distances(&self.is_surface, self.grid.sizes, watch)?;
+        let is_outside = self.grid.reached_from_the_border(|cell| from_surface[cell] > width * width, watch)?;
+        let from_outside = squared_distances(&is_outside, self.grid.sizes, watch)?;
         let depths: Vec<f32> = from_outside.into_iter().map(|squared| width - squared.sqrt()).collect();
-        let together = self.grid.hang_together(|cell| depths[cell] < 0.0, self.seeds.iter().map(|&(_, cell)| cell));
-        Closed { depths, together }
+        let seeds = self.seeds.iter().map(|&(_, cell)| cell);
+        let together = self.grid.hang_together(|cell| depths[cell] < 0.0, seeds, watch)?;
+        Ok(Closed { depths, together })
     }
 }
 
 /// The largest connected surface where `depths` changes its sign.
-fn surface(grid: &Grid, depths: &[f32]) -> Option<TriangleMesh> {
+fn surface(grid: &Grid, depths: &[f32], watch: &dyn Watch) -> Result<Option<TriangleMesh>, Cancelled> {
+    watch.proceed(1.0)?;
     let sizes = grid.sizes.map(|size| size as u32);
     let mut net = SurfaceNetsBuffer::default();
     surface_nets(depths, &RuntimeShape::<u32, 3>::new(sizes), [0; 3], sizes.map(|size| size - 1), &mut net);
     let triangles: Vec<[u32; 3]> = net.indices.as_chunks::<3>().0.to_vec();
     let mut positions: Vec<[f64; 3]> = net.positions.iter().map(|p| grid.place(p.map(f64::from))).collect();
-    let sound = mended(&positions, &triangles).0?;
+    watch.proceed(1.0)?;
+    let Some(sound) = mended(&positions, &triangles).0 else { return Ok(None) };
     positions = sound.origins.iter().map(|&v| positions[v as usize]).collect();
     (0..ROUNDS).for_each(|_| smooth(&mut positions, &sound.triangles));
-    let mesh = TriangleMesh::new(positions, sound.triangles).ok()?;
-    Some(largest_component(&mesh).mesh)
+    watch.proceed(1.0)?;
+    let mesh = TriangleMesh::new(positions, sound.triangles).ok();
+    Ok(mesh.map(|mesh| largest_component(&mesh).mesh))
 }
 
 /// Moves every vertex half way to the mean of its neighbours.

@@ -1,7 +1,8 @@
 /** Matches and poses while they run. */
 import { json } from "./call";
+import { key } from "./key";
 import { Refusal } from "./trouble";
-import type { Match, Pose } from "./types";
+import type { Match, Pose, SignedLinks } from "./types";
 
 type Job = Match | Pose;
 
@@ -22,11 +23,12 @@ export async function follow<T extends Job>(started: T, seen: (job: T) => void, 
 }
 
 /** The job when it is over or its events break off. */
-function byEvents<T extends Job>(job: T, seen: (job: T) => void, signal: AbortSignal): Promise<T> {
-  if (isOver(job)) return Promise.resolve(job);
+async function byEvents<T extends Job>(job: T, seen: (job: T) => void, signal: AbortSignal): Promise<T> {
+  if (isOver(job)) return job;
+  const address = await eventsOf(job, signal);
   return new Promise((resolve, reject) => {
     let latest = job;
-    const events = new EventSource(job.links.events);
+    const events = new EventSource(address);
     const end = (settle: () => void) => {
       events.close();
       settle();
@@ -39,6 +41,13 @@ function byEvents<T extends Job>(job: T, seen: (job: T) => void, signal: AbortSi
     events.addEventListener("error", () => end(() => resolve(latest)));
     signal.addEventListener("abort", () => end(() => reject(signal.reason)), { once: true });
   });
+}
+
+/** Where the events of a job are told: signed where there is a key, for an `EventSource` cannot send one. */
+async function eventsOf(job: Job, signal: AbortSignal): Promise<string> {
+  if (!key.value) return job.links.events;
+  const signed = await json<SignedLinks>(`${job.links.self}/links`, { signal });
+  return signed.links.events ?? job.links.events;
 }
 
 /** Why a job has no result, as a refusal. */

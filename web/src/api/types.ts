@@ -22,6 +22,7 @@ export type ProblemFault = Schemas["ProblemFault"];
 export type Rating = Schemas["Rating"];
 export type Regulariser = Schemas["Description"];
 export type Result = Schemas["MatchResult"];
+export type SignedLinks = Schemas["SignedLinks"];
 export type SketchDocument = Schemas["ShapeDocument_SketchMeasures"];
 export type SketchWarning = Schemas["SketchWarning"];
 export type Ups = Schemas["Ups"];

@@ -30,7 +30,7 @@ pub(super) enum Scalar {
 
 impl Scalar {
     fn of(name: &[u8]) -> Option<Scalar> {
-        Some(match name {
+        Some(match name.to_ascii_lowercase().as_slice() {
             b"char" | b"int8" => Scalar::I8,
             b"uchar" | b"uint8" => Scalar::U8,
             b"short" | b"int16" => Scalar::I16,
@@ -43,6 +43,11 @@ impl Scalar {
             b"double" | b"float64" => Scalar::F64,
             _ => return None,
         })
+    }
+
+    /// Whether its values are whole numbers.
+    pub fn is_whole(self) -> bool {
+        !matches!(self, Scalar::F32 | Scalar::F64)
     }
 
     /// Bytes in a binary file.
@@ -90,7 +95,8 @@ impl Header {
         let mut elements: Vec<Element> = Vec::new();
         let (mut start, mut number) = (0, 0);
         // As the first line ends, all do: what follows the header may begin with any byte.
-        let ending = if head.starts_with(b"ply\r\n") { 2 } else { 1 };
+        let first = head.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(head.len());
+        let ending = if head[first..].starts_with(b"\r\n") { 2 } else { 1 };
         while let Some(length) = head[start..].iter().position(|b| matches!(b, b'\n' | b'\r')) {
             let line = &head[start..start + length];
             start = (start + length + ending).min(head.len());

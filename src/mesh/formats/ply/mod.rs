@@ -15,7 +15,7 @@ use header::{Element, Encoding, Header, Kind, Property, Scalar};
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")
+    bytes.strip_prefix(b"ply").and_then(<[u8]>::first).is_some_and(u8::is_ascii_whitespace)
 }
 
 pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
@@ -57,7 +57,7 @@ fn read_elements(
                     polygons.push_vertex(position, line)?;
                 }
             }
-            "face" | "tristrips" => {
+            "face" | "tristrips" if *count > 0 => {
                 let corners = corners(element)?;
                 for _ in 0..*count {
                     faces(properties, corners, name == "tristrips", &mut values, polygons)?;
@@ -87,10 +87,14 @@ fn axes(vertex: &Element) -> Result<[usize; 3], Refusal> {
     }
 }
 
-/// Where the list of corners stands among the properties of a face or strip.
+/// Where the list of corners stands among the properties of a face or strip: under its name, else the only list of whole
+/// numbers.
 fn corners(face: &Element) -> Result<usize, Refusal> {
     let is_corners = |p: &Property| CORNERS.contains(&p.name.as_str()) && matches!(p.kind, Kind::List(..));
-    let place = face.properties.iter().position(is_corners);
+    let is_whole = |p: &Property| matches!(p.kind, Kind::List(_, kind) if kind.is_whole());
+    let mut lists = (0..face.properties.len()).filter(|&place| is_whole(&face.properties[place]));
+    let only = lists.next().filter(|_| lists.next().is_none());
+    let place = face.properties.iter().position(is_corners).or(only);
     place.ok_or_else(|| Refusal::because(Place::file(), format!("element {} has no list vertex_indices", face.name)))
 }
 
@@ -348,7 +352,8 @@ mod tests {
             ("edge 1", "edge 18446744073709551616", "line 11"),
             ("element edge 1\nproperty int vertex1", "element edge 1000000000000", "no properties"),
             ("property float x", "property float u", "no number x"),
-            ("vertex_indices", "tristrips", "no list vertex_indices"),
+            ("list uchar int vertex_indices", "list uchar float weights", "no list vertex_indices"),
+            ("int vertex_indices", "int texnumber\nproperty list uchar int others", "no list vertex_indices"),
             ("list uchar int", "list uchar word", "line 10: this property cannot be read"),
             ("end_header", "end", "no end_header"),
             ("4 0 1 2 3", "4000000000 0 1 2 3", "triangles"),
@@ -373,6 +378,10 @@ mod tests {
             ("list uchar int", "list int64 uint64"),
             ("4 0 1 2 3", "4.0 0 1 2.0 3"),
             ("end_header\n", "end_header\n\n"),
+            ("ply\n", "ply \n"),
+            ("double z", "Float64 z"),
+            ("vertex_indices", "vertices"),
+            ("element edge 1", "element tristrips 0\nelement edge 1"),
         ] {
             let other = text.replace(from, to);
             assert_ne!(other, text);

@@ -1,4 +1,6 @@
-//! Geomview OFF, text form: OFF and its variants with colours, normals or texture coordinates per vertex.
+//! Geomview OFF, text or binary: OFF and its variants with colours, normals or texture coordinates per vertex.
+
+mod binary;
 
 use super::Polygons;
 use super::text;
@@ -12,12 +14,43 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 /// What each line holds is read line by line, so that colours behind a face are no trouble. A file whose lines do not
 /// hold what they should is read as a stream of numbers, as Geomview itself does.
 pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
+    if let Some((keyword, body)) = binary_body(bytes) {
+        let besides = besides(keyword).ok_or_else(|| of_other_dimensions(keyword, 1))?;
+        return binary::read(body, besides, polygons);
+    }
     let limits = polygons.limits;
     match by_lines(bytes, polygons) {
         Err(Refusal::TooLarge { unit, found, limit }) => Err(Refusal::TooLarge { unit, found, limit }),
         Ok(polygons) if polygons.faults.is_empty() => Ok(polygons),
         faulty => stream(bytes, Polygons::new(limits)).map_or(faulty, Ok),
     }
+}
+
+/// The keyword of a binary file and what follows its line.
+fn binary_body(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let end = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len());
+    let (keyword, rest) = keyword(&bytes[..end])?;
+    let binary = text::words(rest).next().is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY"));
+    binary.then(|| (keyword, bytes.get(end + 1..).unwrap_or_default()))
+}
+
+/// How many numbers follow the coordinates of a vertex: two of a texture, four of a colour, three of a normal, as the
+/// keyword says by `ST`, `C` and `N` (Geomview, OFF files); nothing where its points are of other than 3 dimensions.
+fn besides(keyword: &[u8]) -> Option<usize> {
+    let capitals = keyword.to_ascii_uppercase();
+    let (mut rest, mut count) = (&capitals[..capitals.len() - "OFF".len()], 0);
+    for (letters, numbers) in [(&b"ST"[..], 2), (b"C", 4), (b"N", 3)] {
+        if let Some(after) = rest.strip_prefix(letters) {
+            (rest, count) = (after, count + numbers);
+        }
+    }
+    // A small n is for dimensions.
+    (rest.is_empty() && !keyword.contains(&b'n')).then_some(count)
+}
+
+fn of_other_dimensions(keyword: &[u8], line: u64) -> Refusal {
+    let detail = format!("{} has points of other than 3 dimensions", text::shown(keyword));
+    Refusal::because(Place::line(line), detail)
 }
 
 fn by_lines(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
@@ -45,17 +78,7 @@ fn stream(bytes: &[u8], mut polygons: Polygons) -> Option<Polygons> {
     let mut words = text::numbered_words(bytes).peekable();
     let keyword = words.next_if(|(_, word)| text::number(word).is_none()).map_or(&[][..], |(_, word)| word);
     let (name, fused) = self::keyword(keyword).unwrap_or((&b"OFF"[..], keyword));
-    if !fused.is_empty() || name.iter().any(|b| matches!(b, b'4' | b'n')) {
-        return None;
-    }
-    // Normals, texture coordinates and colours follow the coordinates (Geomview, OFF files).
-    let besides = match &name.to_ascii_uppercase()[..name.len() - 3] {
-        b"" => 0,
-        b"N" => 3,
-        b"ST" => 2,
-        b"C" => 4,
-        _ => return None,
-    };
+    let besides = besides(name).filter(|_| fused.is_empty())?;
     let mut number = || words.next().and_then(|(line, word)| Some((line, text::number(word)?)));
     let mut count = || number().map(|(_, x)| x).filter(|x| *x >= 0.0 && x.fract() == 0.0).map(|x| x as usize);
     let [vertices, faces, _edges] = [count()?, count()?, count()?];
@@ -105,11 +128,7 @@ fn header<'a>(lines: &mut std::iter::Peekable<impl Iterator<Item = (u64, &'a [u8
     let mut counts = (number, first);
     if let Some((keyword, rest)) = keyword(first) {
         if keyword.iter().any(|b| matches!(b, b'4' | b'n')) {
-            let detail = format!("{} has points of other than 3 dimensions", text::shown(keyword));
-            return Err(Refusal::because(Place::line(number), detail));
-        }
-        if text::words(rest).next().is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
-            return Err(Refusal::because(Place::line(number), "binary off is not read: send it as text"));
+            return Err(of_other_dimensions(keyword, number));
         }
         lines.next();
         counts = (number, rest);
@@ -198,7 +217,9 @@ mod tests {
         for (text, reason) in [
             ("", "the file is empty"),
             ("OFF", "no counts"),
-            ("OFF BINARY\n", "binary off"),
+            ("OFF BINARY\n", "come out even"),
+            ("4OFF BINARY\n", "dimensions"),
+            ("nOFF BINARY\n", "dimensions"),
             ("4OFF\n1 1 1\n", "dimensions"),
             ("OFF\nmany few\n", "expected here"),
             ("OFF\n-1 1 0\n", "expected here"),
