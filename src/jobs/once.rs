@@ -34,7 +34,7 @@ pub(super) fn once<T, E: From<Cancelled>>(
         let taking = runtime.spawn(async move { taker.take(&taken).await });
         match awaited(runtime, taking, ask)?.map_err(|error| StoreError::damaged("a claim", error)).flatten() {
             Ok(Some(claim)) => break Some(claim),
-            Ok(None) => awaited(runtime, sleep(AGAIN), ask)?,
+            Ok(None) => awaited(runtime, async { sleep(AGAIN).await }, ask)?,
             Err(error) => {
                 tracing::warn!(%error, name, "it cannot be claimed, and may be computed by others too");
                 break None;

@@ -75,11 +75,13 @@ mod tests {
 
     #[test]
     fn functions_of_both_signs_are_white_at_zero_and_others_at_their_least() {
+        let bytes = |colours: &[Colour]| colours.iter().map(|colour| colour.bytes()).collect::<Vec<_>>();
+        let seen = |values: &[f64]| bytes(&of_values(values));
         let (red, blue) = (diverging(1.0), diverging(-1.0));
-        assert_eq!(of_values(&[-2.0, 0.0, 1.0]), [blue, Colour::WHITE, diverging(0.5)]);
-        assert_eq!(of_values(&[3.0, 5.0, f64::NAN]), [Colour::WHITE, red, surface::plain()]);
-        assert_eq!(of_values(&[-3.0, -5.0]), [Colour::WHITE, blue]);
-        assert_eq!(of_values(&[4.0, 4.0]), [Colour::WHITE; 2]);
+        assert_eq!(seen(&[-2.0, 0.0, 1.0]), bytes(&[blue, Colour::WHITE, diverging(0.5)]));
+        assert_eq!(seen(&[3.0, 5.0, f64::NAN]), bytes(&[Colour::WHITE, red, surface::plain()]));
+        assert_eq!(seen(&[-3.0, -5.0]), bytes(&[Colour::WHITE, blue]));
+        assert_eq!(seen(&[4.0, 4.0]), bytes(&[Colour::WHITE; 2]));
     }
 
     #[test]

@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_rating_changes_at_the_documented_confidences() {
-        let ratings = [1.0, 0.88, 0.879, 0.77, 0.769, 0.0].map(Rating::of);
+        let ratings = [1.0, 0.88, 0.879, 0.75, 0.749, 0.0].map(Rating::of);
         let [high, medium, low] = [Rating::High, Rating::Medium, Rating::Low];
         assert_eq!(ratings, [high, high, medium, medium, low, low]);
     }

@@ -36,6 +36,11 @@ mod tests {
             each.map(|(p, q)| (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt()).fold(0.0, f64::max)
         };
         let [one, four, all] = [away(1), away(4), away(30)];
-        assert!((one - 1.0).abs() < 0.1 && four < 0.05 && all <= four + 1e-9, "{one} {four} {all}");
+        // A sphere of area 1.
+        let radius = (0.25 / std::f64::consts::PI).sqrt();
+        assert!(
+            (one - radius).abs() < 0.01 * radius && four < 0.01 * radius && all <= four + 1e-9,
+            "{one} {four} {all}"
+        );
     }
 }
