@@ -6,12 +6,12 @@
 
 Every second a node drawn by chance is killed (kill -9) and started again. With PostgreSQL and an S3 server, each reached by
 way of a gate: three times all connections to the database are cut, and for 30 s the S3 server takes none. With --sqlite it is
-one node over a directory of its own. Afterwards, with no node running, the blobs are swept. It fails unless every job that was
+one node over a directory of its own, killed every three seconds: as long as one of three lives. Afterwards, with no node running, the blobs are swept. It fails unless every job that was
 accepted succeeded, was published once, and no blob is left that no row names. With --calm nothing is done to the nodes: how
 many jobs a second they do.
 
-Needs a PostgreSQL in which databases can be made, `psql` (--database postgres://postgres@127.0.0.1:5432/postgres), and the Python packages
-`moto[s3,server]`; --sqlite needs neither.
+Needs a PostgreSQL in which databases can be made (--database), `psql`, and the Python package `moto[s3,server]`; --sqlite needs
+neither. A job fails whose process was killed six times: on a machine so slow that jobs live longer than their nodes, some do.
 """
 import argparse, collections, contextlib, json, math, os, random, shutil, signal, socket, sqlite3, subprocess, sys, tempfile
 import threading, time, urllib.error, urllib.parse, urllib.request
@@ -86,6 +86,8 @@ def outline(stretch):
 
 class PostgreSQL:
     """Tables in a database of its own behind a gate, blobs in a bucket behind another."""
+    rest = 1  # seconds between two kills
+
     def __init__(self, options, scratch):
         server = urllib.parse.urlsplit(options.database)
         self.name, self.admin = f'sketchmatch_chaos_{os.getpid()}', options.database
@@ -144,6 +146,7 @@ class PostgreSQL:
 class SQLite:
     """All in one directory, for one node."""
     environment = {}
+    rest = 3  # seconds: it lives as long as one of three
 
     def __init__(self, _, scratch):
         self.data = os.path.join(scratch, 'data')
@@ -243,7 +246,7 @@ def main():
         done = 0
         while done < o.jobs:
             if time.time() - begun > o.patience: raise RuntimeError(f'{done} of {o.jobs} jobs ended in {o.patience} s')
-            time.sleep(1)
+            time.sleep(store.rest)
             if not o.calm:
                 node = chance.choice(nodes); node.kill(); node.start(); kills += 1
             done = ended()
