@@ -23,11 +23,12 @@ COPY --from=build /image/usr /usr
 COPY --from=build --chown=65532:65532 /image/data /data
 
 USER 65532:65532
+ENV SKETCHMATCH_DATA_DIR=/data
 VOLUME /data
 EXPOSE 8080
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s CMD ["sketchmatch", "health"]
 
 ENTRYPOINT ["sketchmatch"]
-# Whoever publishes the port decides who reaches it: the server itself asks for no key.
-CMD ["serve", "--listen", "0.0.0.0:8080", "--no-auth", "--data-dir", "/data"]
+# It starts once there is a key: `keys add` with the same volume makes one.
+CMD ["serve", "--listen", "0.0.0.0:8080"]

@@ -1,4 +1,4 @@
-.PHONY: run web test test-web context bench bench-peer
+.PHONY: run web test test-web soak deployments context bench bench-peer
 
 # Whether the page can be built here, and looked at.
 NODE := $(shell command -v npm)
@@ -32,6 +32,25 @@ test-web: web
 	cd web && npm run check
 	cargo build --locked
 	cd web && SKETCHMATCH=../target/debug/sketchmatch CHROMIUM=$(CHROMIUM) npm test
+
+# What takes too long for every change: nodes killed, cut off and refused while they work, by PostgreSQL and an S3 server and by
+# SQLite, and how fast 1, 2 and 4 are. Needs PostgreSQL with psql, Python 3 and the network. SOAK_ARGS: --jobs 200.
+soak:
+	cargo build --release --locked
+	test -d target/soak-venv || python3 -m venv target/soak-venv
+	target/soak-venv/bin/pip install --quiet 'moto[s3,server]'
+	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch $(SOAK_ARGS)
+	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --sqlite $(SOAK_ARGS)
+	target/soak-venv/bin/python scripts/tenants.py target/release/sketchmatch
+	for nodes in 1 2 4; do \
+		target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --calm --nodes $$nodes $(SOAK_ARGS) || exit 1; \
+	done
+
+# What is in deploy/, by schemas. Needs Python 3 and the network.
+deployments:
+	test -d target/deploy-venv || python3 -m venv target/deploy-venv
+	target/deploy-venv/bin/pip install --quiet kubernetes-validate check-jsonschema pyyaml
+	PATH=$(CURDIR)/target/deploy-venv/bin:$$PATH python3 scripts/deployments.py
 
 # The image is built from what .dockerignore admits: so much has to compile.
 context:

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -9,23 +10,143 @@ use anyhow::ensure;
 use bytesize::ByteSize;
 use clap::Args;
 
+use sketchmatch::access::WatchedFile;
+use sketchmatch::http::admission::Admission;
+use sketchmatch::http::limits::Limits;
 use sketchmatch::http::origin::Origin;
+use sketchmatch::store::{BlobUrl, DatabaseUrl, Store};
 use sketchmatch::{http, store, worker};
+
+/// Where everything is kept: the same for every node.
+#[derive(Debug, Args)]
+pub struct StoreOptions {
+    /// Directory of the database and the blobs, as far as they are not elsewhere.
+    #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
+    pub data_dir: PathBuf,
+    /// PostgreSQL database that many nodes share, postgres://user:password@host/database [default: SQLite in the data
+    /// directory, for one process].
+    #[arg(long, env = "SKETCHMATCH_DATABASE_URL", hide_env_values = true)]
+    pub database_url: Option<DatabaseUrl>,
+    /// Place of the blobs, s3://bucket/prefix or file:///folder [default: the data directory]. For S3, AWS_ACCESS_KEY_ID,
+    /// AWS_SECRET_ACCESS_KEY, AWS_REGION, AWS_ENDPOINT_URL and the like are read from the environment.
+    #[arg(long, env = "SKETCHMATCH_BLOB_URL")]
+    pub blob_url: Option<BlobUrl>,
+}
+
+impl StoreOptions {
+    pub fn config(&self) -> store::Config {
+        let StoreOptions { data_dir, database_url, blob_url } = self;
+        store::Config { data_dir: data_dir.clone(), database_url: database_url.clone(), blob_url: blob_url.clone() }
+    }
+}
+
+/// How a node computes.
+#[derive(Debug, Args)]
+pub struct WorkerOptions {
+    /// Matches computed at one time; 0 where other nodes do [default: the number of processors].
+    #[arg(long, env = "SKETCHMATCH_WORKERS")]
+    pub workers: Option<u16>,
+    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_job_seconds: u64,
+    /// Keep one cache of spectra and prepared meshes for all tenants, who can tell by its haste what others have computed.
+    #[arg(long, env = "SKETCHMATCH_SHARED_CACHES")]
+    pub shared_caches: bool,
+    /// How long results are kept after the end of their jobs, such as 30d [default: for ever].
+    #[arg(long, env = "SKETCHMATCH_KEEP_RESULTS", value_parser = humantime::parse_duration)]
+    pub keep_results: Option<Duration>,
+    /// How long matches, poses and other jobs are kept after their end, with their results [default: for ever].
+    #[arg(long, env = "SKETCHMATCH_KEEP_JOBS", value_parser = humantime::parse_duration)]
+    pub keep_jobs: Option<Duration>,
+    /// How long uploads are kept that nobody uploads again or asks a job of [default: for ever].
+    #[arg(long, env = "SKETCHMATCH_KEEP_UPLOADS", value_parser = humantime::parse_duration)]
+    pub keep_uploads: Option<Duration>,
+    /// How long answers under an Idempotency-Key are kept, up to a day.
+    #[arg(long, env = "SKETCHMATCH_KEEP_ANSWERS", default_value = "24h", value_parser = humantime::parse_duration)]
+    pub keep_answers: Duration,
+    /// Memory that jobs running on this node may take together, as estimated; one that takes more runs alone.
+    #[arg(long, env = "SKETCHMATCH_MAX_JOBS_MEMORY", default_value_t = ByteSize(worker::Config::default().memory))]
+    pub max_jobs_memory: ByteSize,
+}
+
+impl WorkerOptions {
+    /// The store with the caches as they are to be.
+    pub fn cached(&self, store: Store) -> Store {
+        if self.shared_caches { store.with_shared_caches() } else { store }
+    }
+
+    pub fn config(&self) -> worker::Config {
+        let default = worker::Config::default();
+        let longest_job = Duration::from_secs(self.max_job_seconds);
+        let retention = store::Retention {
+            results: self.keep_results,
+            jobs: self.keep_jobs,
+            uploads: self.keep_uploads,
+            answers: Some(self.keep_answers),
+        };
+        let (workers, memory) = (self.workers.map_or(default.workers, usize::from), self.max_jobs_memory.as_u64());
+        worker::Config { workers, longest_job, memory, retention, ..default }
+    }
+}
+
+/// What one tenant may take; 0 is as much as there is.
+#[derive(Debug, Args)]
+pub struct TenantOptions {
+    /// Requests a tenant may send in a second [default: 100 where keys are asked for, else any number].
+    #[arg(long, env = "SKETCHMATCH_TENANT_REQUESTS_PER_SECOND")]
+    pub tenant_requests_per_second: Option<u32>,
+    /// Jobs of a tenant that may wait [default: 200 where keys are asked for, else any number].
+    #[arg(long, env = "SKETCHMATCH_TENANT_QUEUED_JOBS")]
+    pub tenant_queued_jobs: Option<u64>,
+    /// Uploads and results of a tenant that are kept.
+    #[arg(long, env = "SKETCHMATCH_TENANT_STORED_BYTES", default_value = "0")]
+    pub tenant_stored_bytes: ByteSize,
+    /// Seconds of processor time that the jobs of a tenant may take in an hour.
+    #[arg(long, env = "SKETCHMATCH_TENANT_CPU_SECONDS", default_value_t = 0)]
+    pub tenant_cpu_seconds: u64,
+}
+
+impl TenantOptions {
+    /// The limits where keys are asked for, or where all are one tenant.
+    pub fn limits(&self, admission: &Admission) -> Limits {
+        let among_many = matches!(admission, Admission::Keyholders(_));
+        let (requests, jobs) = if among_many { (REQUESTS_PER_SECOND, QUEUED_JOBS) } else { (0, 0) };
+        let some = |number: u64| (number > 0).then_some(number);
+        Limits {
+            requests_per_second: NonZeroU32::new(self.tenant_requests_per_second.unwrap_or(requests)),
+            queued_jobs: some(self.tenant_queued_jobs.unwrap_or(jobs)),
+            stored_bytes: some(self.tenant_stored_bytes.as_u64()),
+            cpu_per_hour: some(self.tenant_cpu_seconds).map(Duration::from_secs),
+        }
+    }
+}
+
+/// What a tenant among many may take where nothing is said: more than a page with a fast hand asks for, and a fifth of the
+/// queue.
+const REQUESTS_PER_SECOND: u32 = 100;
+const QUEUED_JOBS: u64 = 200;
 
 #[derive(Debug, Args)]
 pub struct ServeOptions {
     /// Address or name, and port, to listen on.
     #[arg(long, env = "SKETCHMATCH_LISTEN", default_value = "127.0.0.1:8080", value_parser = Listen::resolve)]
     pub listen: Listen,
-    /// Directory of the database and the blobs.
-    #[arg(long, env = "SKETCHMATCH_DATA_DIR", default_value = "data")]
-    pub data_dir: PathBuf,
-    /// Matches computed at one time [default: the number of processors].
-    #[arg(long, env = "SKETCHMATCH_WORKERS", value_parser = clap::value_parser!(u16).range(1..))]
-    pub workers: Option<u16>,
-    /// Serve anybody who can reach an address that is not loopback.
-    #[arg(long, env = "SKETCHMATCH_NO_AUTH")]
+    #[command(flatten)]
+    pub store: StoreOptions,
+    #[command(flatten)]
+    pub worker: WorkerOptions,
+    /// File of the keys that are let in, read again when it changes; those in the database are, too.
+    #[arg(long, env = "SKETCHMATCH_API_KEYS")]
+    pub api_keys: Option<PathBuf>,
+    /// Ask nobody for a key, also on an address that is not loopback.
+    #[arg(long, env = "SKETCHMATCH_NO_AUTH", conflicts_with = "api_keys")]
     pub no_auth: bool,
+    /// Address or name, and port, to answer /metrics on, to whoever reaches it.
+    #[arg(long, env = "SKETCHMATCH_METRICS_LISTEN", value_parser = Listen::resolve)]
+    pub metrics_listen: Option<Listen>,
+    #[command(flatten)]
+    pub tenants: TenantOptions,
     /// Origin that scripts of other sites may call from, or `*`; may be repeated.
     #[arg(long = "cors-origin", env = "SKETCHMATCH_CORS_ORIGIN", value_delimiter = ',')]
     pub cors_origins: Vec<Origin>,
@@ -62,10 +183,6 @@ pub struct ServeOptions {
     /// Memory one job may take, as estimated from its shapes before it is queued.
     #[arg(long, env = "SKETCHMATCH_MAX_JOB_MEMORY", default_value_t = size(http::Config::default().max_job_memory))]
     pub max_job_memory: ByteSize,
-    /// Longest time a match or a spectrum may be computed, in seconds; it fails then.
-    #[arg(long, env = "SKETCHMATCH_MAX_JOB_SECONDS", default_value_t = worker::Config::default().longest_job.as_secs(),
-        value_parser = clap::value_parser!(u64).range(1..))]
-    pub max_job_seconds: u64,
     /// Most jobs that wait.
     #[arg(long, env = "SKETCHMATCH_MAX_QUEUE", default_value_t = http::Config::default().max_queue)]
     pub max_queue: usize,
@@ -111,17 +228,28 @@ fn deadline(text: &str) -> Result<Duration, String> {
 }
 
 impl ServeOptions {
-    /// Refuses to serve the world without authentication unless told to in so many words.
+    /// Whom to let in. Keys are asked for where a file of them is named or there ever was one in the database.
     ///
     /// # Errors
-    /// An address that is not loopback without `--no-auth`.
-    pub fn check_exposure(&self) -> anyhow::Result<()> {
-        let listen = &self.listen;
+    /// A file of keys that cannot be read; no keys on an address that is not loopback, without `--no-auth`.
+    pub async fn admission(&self, store: &Store) -> anyhow::Result<Admission> {
+        let (listen, has_keys) = (&self.listen, store.has_keys().await?);
+        if self.no_auth {
+            if has_keys {
+                tracing::warn!("--no-auth: the keys in the database are not asked for");
+            }
+            return Ok(Admission::Anybody);
+        }
+        let file = self.api_keys.as_deref().map(WatchedFile::open).transpose()?;
+        if file.is_some() || has_keys {
+            return Ok(Admission::Keyholders(file));
+        }
         ensure!(
-            self.no_auth || listen.addresses().iter().all(|address| address.ip().is_loopback()),
-            "{listen} is not a loopback address, so that anybody who reaches it could use the server: say --no-auth to allow that"
+            listen.addresses().iter().all(|address| address.ip().is_loopback()),
+            "{listen} is not a loopback address, so that anybody who reaches it could use the server: name a file of keys by \
+             --api-keys, make one by `sketchmatch keys add`, or say --no-auth to ask nobody for a key"
         );
-        Ok(())
+        Ok(Admission::Anybody)
     }
 
     pub fn http(&self) -> http::Config {
@@ -142,22 +270,13 @@ impl ServeOptions {
             ..http::Config::default()
         }
     }
-
-    pub fn store(&self) -> store::Config {
-        store::Config { data_dir: self.data_dir.clone() }
-    }
-
-    pub fn worker(&self) -> worker::Config {
-        let default = worker::Config::default();
-        let longest_job = Duration::from_secs(self.max_job_seconds);
-        worker::Config { workers: self.workers.map_or(default.workers, usize::from), longest_job, ..default }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::Parser;
+    use sketchmatch::access::{Key, Scopes, Tenant};
 
     /// A command line of nothing but these options.
     #[derive(Debug, Parser)]
@@ -187,13 +306,56 @@ mod tests {
         assert!(read(&["--request-deadline", "60s"]).is_err());
     }
 
+    #[tokio::test]
+    async fn only_loopback_is_served_unasked() {
+        let directory = tempfile::tempdir().unwrap();
+        let store = Store::open(&store::Config::local(directory.path().join("data"))).await.unwrap();
+        let file = directory.path().join("keys");
+        std::fs::write(&file, "a-key").unwrap();
+        let file = file.to_str().unwrap();
+        // Whether keys are asked for; nothing where the server does not start.
+        let asks = async |arguments: &[&str]| {
+            let admission = serve(arguments).admission(&store).await;
+            admission.ok().map(|admission| matches!(admission, Admission::Keyholders(_)))
+        };
+        let public = ["--listen", "0.0.0.0:8080"];
+        for arguments in [&[][..], &["--listen", "[::1]:8080"], &["--listen", "localhost:8080"]] {
+            assert_eq!(asks(arguments).await, Some(false), "{arguments:?}");
+        }
+        assert_eq!(asks(&public).await, None);
+        assert_eq!(asks(&[&public[..], &["--no-auth"]].concat()).await, Some(false));
+        assert_eq!(asks(&[&public[..], &["--api-keys", file]].concat()).await, Some(true));
+        assert_eq!(asks(&["--api-keys", file]).await, Some(true));
+        assert_eq!(asks(&["--api-keys", "/no/such/file"]).await, None);
+        assert!(read(&["--api-keys", file, "--no-auth"]).is_err());
+
+        let (key, scopes) = (Key::random().unwrap(), Scopes::default());
+        let id = store.keys().add(&key, (&Tenant::default(), &scopes), None, None).await.unwrap();
+        assert_eq!((asks(&[]).await, asks(&public).await), (Some(true), Some(true)));
+        store.keys().revoke(&id).await.unwrap();
+        assert_eq!((asks(&[]).await, asks(&["--no-auth"]).await), (Some(true), Some(false)));
+    }
+
     #[test]
-    fn only_loopback_is_served_unasked() {
-        assert!(serve(&[]).check_exposure().is_ok());
-        assert!(serve(&["--listen", "[::1]:8080"]).check_exposure().is_ok());
-        assert!(serve(&["--listen", "localhost:8080"]).check_exposure().is_ok());
-        assert!(serve(&["--listen", "0.0.0.0:8080"]).check_exposure().is_err());
-        assert!(serve(&["--listen", "0.0.0.0:8080", "--no-auth"]).check_exposure().is_ok());
+    fn a_place_that_cannot_be_is_refused() {
+        for arguments in [["--database-url", "mysql://host/database"], ["--blob-url", "data/blobs"]] {
+            assert!(read(&arguments).is_err(), "{arguments:?}");
+        }
+        let store = serve(&["--database-url", "postgres://me:secret@host/database", "--blob-url", "s3://bucket"]);
+        assert!(!format!("{store:?}").contains("secret"));
+    }
+
+    #[test]
+    fn tenants_are_limited_where_there_may_be_many() {
+        let limits = |arguments: &[&str], admission| serve(arguments).tenants.limits(&admission);
+        assert_eq!(limits(&[], Admission::Anybody), Limits::default());
+        let usual = limits(&[], Admission::Keyholders(None));
+        assert_eq!((usual.requests_per_second, usual.queued_jobs), (NonZeroU32::new(100), Some(200)));
+        assert_eq!((usual.stored_bytes, usual.cpu_per_hour), (None, None));
+        let free = ["--tenant-requests-per-second", "0", "--tenant-queued-jobs", "0"];
+        assert_eq!(limits(&free, Admission::Keyholders(None)), Limits::default());
+        let said = limits(&["--tenant-stored-bytes", "1GiB", "--tenant-cpu-seconds", "60"], Admission::Anybody);
+        assert_eq!((said.stored_bytes, said.cpu_per_hour), (Some(1 << 30), Some(Duration::from_secs(60))));
     }
 
     #[test]

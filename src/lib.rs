@@ -62,11 +62,18 @@ pub mod pipeline;
 /// The application of a match: the mesh posed by its drawing.
 pub mod posing;
 
+/// What a match is for besides: functions, labels and colours taken from one shape to the other.
+pub mod transfer;
+
 // Floor 3.
 
 /// What chooses between the attempts of an alignment, fitted to cases whose truth is known.
 #[cfg(feature = "service")]
 pub mod fitting;
+
+/// Who may do what: tenants, scopes, and the keys that open them.
+#[cfg(feature = "service")]
+pub mod access;
 
 /// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
 #[cfg(feature = "service")]
@@ -79,6 +86,10 @@ pub mod intake;
 /// What is stored, written out: tables, arrays, pictures, coloured meshes.
 #[cfg(feature = "service")]
 pub mod export;
+
+/// Many requests over many cases whose truth is known, judged, as tables and plots.
+#[cfg(feature = "service")]
+pub mod experiments;
 
 /// What can be put into the queue: each kind of job with what it needs, does and answers.
 #[cfg(feature = "service")]

@@ -6,15 +6,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Value, json};
 use sketchmatch::correspondence::{functional_map, points};
-use sketchmatch::evaluation::{Truth, answers, errors, mean};
+use sketchmatch::evaluation::measures::mean;
+use sketchmatch::evaluation::pairs::Truth;
 use sketchmatch::example;
 use sketchmatch::mesh::TriangleMesh;
+use sketchmatch::mesh::file_mesh::FileMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched};
 use sketchmatch::pipeline::outcome::{MatchResult, Rating};
 use sketchmatch::pipeline::request::MatchRequest;
-use sketchmatch::pipeline::{self, Computing, MatchError, Settings, Stage, Surroundings, Watcher};
+use sketchmatch::pipeline::{self, Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, functions};
 use sketchmatch::sketch::outline::OutlineRequest;
 use sketchmatch::sketch::{self, Sketch};
 use sketchmatch::spectral::laplacian::Lumping;
@@ -89,6 +91,7 @@ fn eigenvalues_agree_with_those_of_scipy() {
 fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis() {
     for creature in ["quadruped", "biped"] {
         let Case { sketch, mesh, truth } = sized(creature, 5000, 800);
+        let file = FileMesh::from(mesh.clone());
         let at: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v)).collect();
         // The true image of a vertex of the sketch: that of the nearest point of the truth.
         let nearest = |[x, y]: [f64; 2]| {
@@ -96,7 +99,7 @@ fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis
             let points = &truth.points;
             (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b]))).unwrap()
         };
-        let map: Vec<u32> = at.iter().map(|&p| truth.variants.front[nearest(p)]).collect();
+        let map: Vec<u32> = at.iter().map(|&p| truth.variants["front"][nearest(p)] as u32).collect();
         // What was measured on other shapes is 0.044 and 0.016.
         for (k, limit) in [(20, 0.05), (100, 0.02)] {
             let [phi, psi] = [sketch.mesh(), &mesh]
@@ -104,7 +107,7 @@ fn a_map_fitted_to_the_truth_gives_the_true_points_within_the_limit_of_its_basis
             let (phi, psi, mass) = (phi.eigenfunctions.as_ref(), psi.eigenfunctions.as_ref(), &phi.mass);
             let c = functional_map(phi, mass, psi, &map);
             let read = points::by_nearest_neighbour(c.as_ref(), phi, psi, &Unwatched).unwrap();
-            let error = mean(&errors(&mesh, &truth, &answers(&truth, &at, &read)).coherent);
+            let error = mean(truth.errors(&file, &truth.answers(&at, &read)).coherent());
             assert!(error < limit, "{creature}, k = {k}: {error}");
         }
     }
@@ -179,7 +182,8 @@ fn a_shape_matched_with_itself_gives_the_identity() {
 fn error(case: &Case, result: &MatchResult) -> f64 {
     let at: Vec<[f64; 2]> = result.correspondences.iter().map(|c| c.point).collect();
     let to: Vec<u32> = result.correspondences.iter().map(|c| c.mesh_vertex).collect();
-    mean(&errors(&case.mesh, &case.truth, &answers(&case.truth, &at, &to)).coherent)
+    let mesh = FileMesh::from(case.mesh.clone());
+    mean(case.truth.errors(&mesh, &case.truth.answers(&at, &to)).coherent())
 }
 
 /// The case with another mesh, its vertices moved one by one.
@@ -244,7 +248,7 @@ fn landmarks_that_contradict_the_drawing_are_not_believed() {
 }
 
 /// Landmarks of the truth's points nearest to these places, at the vertices of a variant.
-fn landmarks(case: &Case, places: &[[f64; 2]], variant: &[u32]) -> Value {
+fn landmarks(case: &Case, places: &[[f64; 2]], variant: &[i64]) -> Value {
     let nearest = |place: &[f64; 2]| {
         let squared = |p: &[f64; 2]| (p[0] - place[0]).powi(2) + (p[1] - place[1]).powi(2);
         let points = case.truth.points.iter().enumerate();
@@ -255,12 +259,8 @@ fn landmarks(case: &Case, places: &[[f64; 2]], variant: &[u32]) -> Value {
 }
 
 /// Mean error of the result, held to one variant of the truth.
-fn error_from(case: &Case, variant: &[u32], result: &MatchResult) -> f64 {
-    let mut truth = case.truth.clone();
-    let variants = &mut truth.variants;
-    for other in [&mut variants.front, &mut variants.front_mirrored, &mut variants.back, &mut variants.back_mirrored] {
-        *other = variant.to_vec();
-    }
+fn error_from(case: &Case, variant: &[i64], result: &MatchResult) -> f64 {
+    let truth = Truth { variants: [("only".to_owned(), variant.to_vec())].into(), ..case.truth.clone() };
     error(&Case { sketch: case.sketch.clone(), mesh: case.mesh.clone(), truth }, result)
 }
 
@@ -269,7 +269,7 @@ fn landmarks_tell_the_side() {
     let case = case("quadruped");
     let points = &case.truth.points;
     let (first, last) = (points[0], points[points.len() - 1]);
-    for variant in [&case.truth.variants.front, &case.truth.variants.back] {
+    for variant in ["front", "back"].map(|variant| &case.truth.variants[variant]) {
         let told = landmarks(&case, &[first, points[points.len() / 2], last], variant);
         let result = matched(&case, json!({"landmarks": told}), &patient()).unwrap();
         let error = error_from(&case, variant, &result);
@@ -374,5 +374,24 @@ fn every_fault_of_a_request_is_named() {
         "/refinement",
     ] {
         assert!(pointers.contains(&pointer), "{pointer} not among {pointers:?}");
+    }
+}
+
+#[test]
+fn the_constraints_made_again_of_a_result_are_those_of_its_objective() {
+    let case = case("quadruped");
+    let mesh = FileMesh::from(case.mesh.clone());
+    let landmarks = landmarks(&case, &[case.truth.points[0]], &case.truth.variants["front"]);
+    for request in [
+        json!({"regulariser": {"type": "none"}, "landmarks": landmarks}),
+        json!({"preset": "thesis", "regulariser": {"type": "none"}, "descriptors": {"columns": "raw"}}),
+    ] {
+        let result = matched(&case, request, &patient()).unwrap();
+        let inside = Inside::of(&case.sketch, &mesh, &result, &Computing, &Unwatched).unwrap();
+        assert_eq!(inside.a.ncols(), functions(&result));
+        let c = result.c.to_mat();
+        let objective = (&c * &inside.a - &inside.b).squared_norm_l2();
+        let scale = inside.b.squared_norm_l2();
+        assert!((objective - result.solver.objective).abs() < 1e-9 * scale, "{objective} {}", result.solver.objective);
     }
 }

@@ -1,7 +1,7 @@
 //! `sketchmatch example`: the example creatures, written to files.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -18,7 +18,7 @@ pub struct ExampleOptions {
     vertices: usize,
 }
 
-fn vertices(text: &str) -> Result<usize, String> {
+pub(super) fn vertices(text: &str) -> Result<usize, String> {
     let vertices = text.parse().map_err(|error| format!("{error}"))?;
     let (least, most) = example::SIZES.into_inner();
     if (least..=most).contains(&vertices) { Ok(vertices) } else { Err(format!("from {least} to {most}")) }
@@ -29,14 +29,23 @@ fn vertices(text: &str) -> Result<usize, String> {
 /// # Errors
 /// A file that cannot be written.
 pub fn run(options: &ExampleOptions) -> anyhow::Result<()> {
-    for (name, bytes) in example::files(options.vertices)? {
-        let path = options.dir.join(name);
-        let dir = path.parent().unwrap_or(&options.dir);
+    write(&options.dir, options.vertices)?.iter().try_for_each(|path| printed(&path.display().to_string()))
+}
+
+/// Writes the creatures of so many vertices under a directory; the files that were written.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(super) fn write(dir: &Path, vertices: usize) -> anyhow::Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for (name, bytes) in example::files(vertices)? {
+        let path = dir.join(name);
+        let dir = path.parent().unwrap_or(dir);
         fs::create_dir_all(dir).with_context(|| format!("making the directory {}", dir.display()))?;
         fs::write(&path, bytes).with_context(|| format!("writing {}", path.display()))?;
-        printed(&path.display().to_string())?;
+        paths.push(path);
     }
-    Ok(())
+    Ok(paths)
 }
 
 #[cfg(test)]

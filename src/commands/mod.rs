@@ -1,13 +1,20 @@
 //! What the program can be told to do, a file for each command.
 
 mod eigenvalues;
+mod evaluate;
+mod evaluate_all;
 mod example;
+mod experiment;
 mod health;
+mod keys;
 mod matching;
 mod output;
 mod reading;
 mod serve;
+mod signals;
+mod sweep;
 mod weigh;
+mod work;
 
 use std::fs;
 use std::io::{Write, stdin, stdout};
@@ -19,13 +26,19 @@ use clap::{Parser, Subcommand};
 use crate::config::ServeOptions;
 use crate::telemetry::{self, LogFormat};
 use eigenvalues::EigenvaluesOptions;
+use evaluate::EvaluateOptions;
+use evaluate_all::EvaluateAllOptions;
 use example::ExampleOptions;
+use experiment::ExperimentOptions;
 use health::HealthOptions;
+use keys::KeysOptions;
 use matching::MatchOptions;
 use reading::ReadOptions;
 use sketchmatch::http::openapi;
 use sketchmatch::intake::svg_reader;
+use sweep::SweepOptions;
 use weigh::WeighOptions;
+use work::WorkOptions;
 
 /// Matches 2D sketches to 3D meshes by functional maps.
 #[derive(Debug, Parser)]
@@ -43,7 +56,13 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Serves the REST interface, with its workers in the process.
-    Serve(ServeOptions),
+    Serve(Box<ServeOptions>),
+    /// Makes and ends the keys of those who may use a server.
+    Keys(KeysOptions),
+    /// Computes what servers with the same store are asked for.
+    Work(WorkOptions),
+    /// Sets aside the blobs that nothing names.
+    Sweep(SweepOptions),
     /// Matches a sketch to a mesh without a server.
     Match(MatchOptions),
     /// Draws what is seen in a sketch over it, without a server.
@@ -54,6 +73,12 @@ pub enum Command {
     Eigenvalues(EigenvaluesOptions),
     /// Judges the attempts at cases whose truth is known, and fits what chooses between them.
     Weigh(WeighOptions),
+    /// Judges the result of a match by what is known.
+    Evaluate(EvaluateOptions),
+    /// Judges a matrix of requests over cases whose truth is known.
+    EvaluateAll(EvaluateAllOptions),
+    /// Makes the figures of the thesis's experiments again.
+    Experiment(ExperimentOptions),
     /// Tells by its exit status whether a running server takes requests.
     Health(HealthOptions),
     /// Prints the OpenAPI document.
@@ -71,11 +96,17 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     let log = telemetry::log(&log, log_format)?;
     match command {
         Command::Serve(options) => serve::run(&options, &log),
+        Command::Keys(options) => keys::run(options),
+        Command::Work(options) => work::run(&options),
+        Command::Sweep(options) => sweep::run(&options),
         Command::Match(options) => matching::run(&options),
         Command::Read(options) => reading::run(&options),
         Command::Example(options) => example::run(&options),
         Command::Eigenvalues(options) => eigenvalues::run(&options),
         Command::Weigh(options) => weigh::run(&options),
+        Command::Evaluate(options) => evaluate::run(&options),
+        Command::EvaluateAll(options) => evaluate_all::run(&options),
+        Command::Experiment(options) => experiment::run(&options),
         Command::Health(options) => health::run(&options),
         Command::ReadSvg => svg_reader::serve(stdin().lock(), stdout().lock()).context("reading an SVG"),
         Command::Openapi => printed(&format!("{:#}", openapi::document())),
@@ -103,13 +134,15 @@ mod tests {
 
     #[test]
     fn every_option_has_its_variable() {
-        for command in Cli::command().get_subcommands() {
+        let mut commands: Vec<clap::Command> = Cli::command().get_subcommands().cloned().collect();
+        while let Some(command) = commands.pop() {
             let options =
                 command.get_arguments().filter(|argument| argument.get_long().is_some_and(|long| long != "help"));
             for option in options {
                 let variable = option.get_env().and_then(|name| name.to_str()).unwrap_or_default();
                 assert!(variable.starts_with("SKETCHMATCH_"), "{} of {}", option.get_id(), command.get_name());
             }
+            commands.extend(command.get_subcommands().cloned());
         }
     }
 }

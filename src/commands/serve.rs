@@ -3,14 +3,15 @@
 use std::error::Error;
 
 use anyhow::Context;
+use futures::future::{Either, ready};
 use rustix::fs::Mode;
 use rustix::process::umask;
 use tokio::net::TcpListener;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
-use crate::config::ServeOptions;
+use super::signals::stop_on_signal;
+use crate::config::{Listen, ServeOptions};
 use crate::telemetry::{self, Log};
 use sketchmatch::http::{self, App};
 use sketchmatch::intake::svg_reader;
@@ -23,55 +24,52 @@ use sketchmatch::worker;
 /// What kept the server from starting, or broke it off.
 #[tokio::main]
 pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
-    options.check_exposure()?;
     telemetry::log_panics();
     let shutdown = CancellationToken::new();
     stop_on_signal(shutdown.clone())?;
     tracing::info!(
         version = env!("CARGO_PKG_VERSION"),
-        data_dir = %options.data_dir.display(),
+        store = ?options.store.config(),
         http = ?options.http(),
-        worker = ?options.worker(),
+        worker = ?options.worker.config(),
         "starting"
     );
     // What is uploaded is nobody's but the server's: files 600, folders 700.
     umask(Mode::RWXG | Mode::RWXO);
     let measures = telemetry::measures()?;
     tokio::spawn(telemetry::report_losses(log.losses()));
-    let store = Store::open(&options.store()).await?;
-    let listener = TcpListener::bind(options.listen.addresses())
-        .await
-        .with_context(|| format!("listening on {}", options.listen))?;
+    let store = options.worker.cached(Store::open(&options.store.config()).await?);
+    let admission = options.admission(&store).await?;
+    let listener = listener(&options.listen).await?;
     tracing::info!(address = %listener.local_addr()?, "listening");
-    let working = tokio::spawn(worker::run(store.clone(), options.worker(), shutdown.clone()));
-    let config = http::Config { svg_reader: Some(svg_reader::this_program()?), ..options.http() };
-    let serving = http::serve(listener, App::new(store.clone(), config, measures, shutdown));
-    tokio::try_join!(async { serving.await.context("serving") }, ended(working))?;
+    let working = tokio::spawn(worker::run(store.clone(), options.worker.config(), shutdown.clone()));
+    let tenant_limits = options.tenants.limits(&admission);
+    let svg_reader = Some(svg_reader::this_program()?);
+    let config = http::Config { admission, tenant_limits, svg_reader, ..options.http() };
+    let app = App::new(store.clone(), config, measures, shutdown);
+    let measuring = match &options.metrics_listen {
+        Some(address) => {
+            let listener = self::listener(address).await?;
+            tracing::info!(measures = %listener.local_addr()?, "listening");
+            Either::Left(http::serve_measures(listener, app.clone()))
+        }
+        None => Either::Right(ready(Ok(()))),
+    };
+    let serving = http::serve(listener, app);
+    let served = async { tokio::try_join!(serving, measuring).context("serving") };
+    tokio::try_join!(served, ended(working))?;
     store.close().await.context("closing the database")?;
     tracing::info!("stopped");
     Ok(())
 }
 
+async fn listener(address: &Listen) -> anyhow::Result<TcpListener> {
+    TcpListener::bind(address.addresses()).await.with_context(|| format!("listening on {address}"))
+}
+
 /// How the workers ended, a panic among the errors.
 async fn ended<E: Error + Send + Sync + 'static>(working: JoinHandle<Result<(), E>>) -> anyhow::Result<()> {
     working.await.context("the workers broke off")?.context("starting the workers")
-}
-
-/// Cancels `shutdown` at the first SIGTERM or SIGINT. A terminal that goes away (SIGHUP) stops nothing.
-fn stop_on_signal(shutdown: CancellationToken) -> anyhow::Result<()> {
-    let (mut terminate, mut interrupt) = (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
-    let mut hang_up = signal(SignalKind::hangup())?;
-    tokio::spawn(async move {
-        loop {
-            tokio::select! {
-                _ = terminate.recv() => break tracing::info!("SIGTERM: stopping"),
-                _ = interrupt.recv() => break tracing::info!("SIGINT: stopping"),
-                _ = hang_up.recv() => tracing::info!("SIGHUP: there is nothing to read anew, going on"),
-            }
-        }
-        shutdown.cancel();
-    });
-    Ok(())
 }
 
 #[cfg(test)]

@@ -21,6 +21,9 @@ pub struct WeighOptions {
     /// Fits weights to the half of the cases that is not held back, and what is trusted to all.
     #[arg(long, env = "SKETCHMATCH_FIT")]
     fit: bool,
+    /// Also prints the means where each term in turn says nothing.
+    #[arg(long, env = "SKETCHMATCH_WITHOUT")]
+    without: bool,
 }
 
 /// Prints a line per case and the means, of what is held back by themselves.
@@ -36,6 +39,13 @@ pub fn run(options: &WeighOptions) -> anyhow::Result<()> {
         printed(&format!("{:58} {answer:.3}, best of {} {:.3}", case.name, case.attempts.len(), case.best()))?;
     }
     means(&judged, "as it is", &WEIGHTS)?;
+    if options.without {
+        for (i, name) in Terms::NAMES.iter().enumerate() {
+            let mut weights = WEIGHTS;
+            weights[i] = 0.0;
+            means(&judged, &format!("without {name}"), &weights)?;
+        }
+    }
     if options.fit {
         let weights = fitted(judged.iter().filter(|case| !case.held_back));
         for (name, weight) in Terms::NAMES.iter().zip(&weights) {

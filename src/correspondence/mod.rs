@@ -6,6 +6,7 @@
 
 pub mod confidence;
 pub mod icp;
+pub mod inverse;
 pub mod points;
 pub mod zoomout;
 

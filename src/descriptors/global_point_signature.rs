@@ -14,13 +14,23 @@ const ZERO: f64 = 1e-9;
 ///
 /// Source: [Rus07], as eq. 2.24 of the thesis.
 pub fn signature(spectrum: &Spectrum, dimensions: usize) -> Mat<f64> {
-    let zero = ZERO * spectrum.eigenvalues.last().copied().unwrap_or(0.0);
-    let constants = spectrum.eigenvalues.partition_point(|&lambda| lambda <= zero);
+    let constants = constants(spectrum);
     let columns = (spectrum.len() - constants).min(dimensions);
     Mat::from_fn(spectrum.vertices(), columns, |x, j| {
         let i = constants + j;
         spectrum.eigenfunctions[(x, i)] / spectrum.eigenvalues[i].sqrt()
     })
+}
+
+/// How many dimensions there are at most: the number of eigenvalues above 0.
+pub fn dimensions(spectrum: &Spectrum) -> usize {
+    spectrum.len() - constants(spectrum)
+}
+
+/// How many eigenvalues count as 0.
+fn constants(spectrum: &Spectrum) -> usize {
+    let zero = ZERO * spectrum.eigenvalues.last().copied().unwrap_or(0.0);
+    spectrum.eigenvalues.partition_point(|&lambda| lambda <= zero)
 }
 
 #[cfg(test)]

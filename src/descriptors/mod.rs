@@ -3,6 +3,7 @@
 //! Heat and wave kernel signatures are filters of the spectrum: component t of a point x is Σ_i f_t(λ_i) φ_i(x)². A set
 //! of filters is a k × count matrix; the n × count matrix of all points is never formed.
 
+pub mod functions;
 pub mod global_point_signature;
 pub mod heat_kernel;
 pub mod projection;

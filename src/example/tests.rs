@@ -128,14 +128,15 @@ fn true_vertices_project_to_their_points() {
         assert!(truth.points.len() > 400);
         assert_eq!(truth.side, creature == Creature::Quadruped);
         for (i, point) in truth.points.iter().enumerate() {
-            let [(front, near), (back, far)] = [truth.variants.front[i], truth.variants.back[i]].map(seen);
+            let [(front, near), (back, far)] = ["front", "back"].map(|variant| seen(truth.variants[variant][i] as u32));
             for p in [front, back] {
                 assert!((p[0] - point[0]).hypot(p[1] - point[1]) < reach);
             }
             assert!(near >= far);
             assert!(silhouette.contains(*point));
         }
-        let changed = truth.variants.front.iter().zip(&truth.variants.front_mirrored).filter(|(a, b)| a != b).count();
+        let sides = truth.variants["front"].iter().zip(&truth.variants["front_mirrored"]);
+        let changed = sides.filter(|(a, b)| a != b).count();
         assert!(changed * 10 > truth.points.len() * 9);
     }
 }

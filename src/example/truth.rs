@@ -1,9 +1,11 @@
 //! The true correspondence between a view of a creature and its mesh.
 
+use std::collections::BTreeMap;
+
 use super::body::Body;
 use super::silhouette::Silhouette;
 use super::view::{FRAME, Projection, View};
-use crate::evaluation::{Truth, Variants};
+use crate::evaluation::pairs::Truth;
 use crate::geometry::{dot, doubled_area, subtract};
 use crate::mesh::TriangleMesh;
 
@@ -11,6 +13,10 @@ use crate::mesh::TriangleMesh;
 const SPACING: f64 = 10.0;
 /// Points along a side of the frame.
 const COLUMNS: usize = (FRAME / SPACING) as usize;
+
+/// What the true vertices of a point are called: where its viewing ray enters the mesh and where it leaves it, each also on
+/// the other side of the body.
+const VARIANTS: [&str; 4] = ["front", "front_mirrored", "back", "back_mirrored"];
 
 /// The nearness at which a viewing ray enters and leaves the mesh, the larger first.
 type Hits = (f64, f64);
@@ -20,17 +26,16 @@ type Hits = (f64, f64);
 pub(super) fn truth(body: &Body, mesh: &TriangleMesh, silhouette: &Silhouette, view: View) -> Truth {
     let frame = Projection::around(mesh, view);
     let mut points = Vec::new();
-    let mut variants = Variants::default();
+    let mut vertices = Vec::new();
     for (cell, hits) in hits(mesh, &frame).into_iter().enumerate() {
         let point = [abscissa(cell % COLUMNS), abscissa(cell / COLUMNS)];
         let Some((first, last)) = hits.filter(|_| silhouette.contains(point)) else { continue };
         let (front, back) = (frame.lifted(point, first), frame.lifted(point, last));
         points.push(point);
-        variants.front.push(nearest_vertex(mesh, front));
-        variants.front_mirrored.push(nearest_vertex(mesh, body.opposite(front)));
-        variants.back.push(nearest_vertex(mesh, back));
-        variants.back_mirrored.push(nearest_vertex(mesh, body.opposite(back)));
+        vertices.push([front, body.opposite(front), back, body.opposite(back)].map(|p| nearest_vertex(mesh, p)));
     }
+    let variant = |(i, name): (usize, &&str)| (name.to_string(), vertices.iter().map(|v| i64::from(v[i])).collect());
+    let variants: BTreeMap<String, Vec<i64>> = VARIANTS.iter().enumerate().map(variant).collect();
     Truth { side: view == View::Side, points, variants }
 }
 

@@ -8,6 +8,10 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::Unreadable;
+use crate::evaluation::pairs;
+use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::formats::{Format, Limits};
+use crate::mesh::validation::import;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{self, Choice, Config, DEFAULT_TARGET_VERTICES, Sketch};
 
@@ -26,17 +30,10 @@ pub struct Case {
 
 /// What is known of how a sketch and a mesh correspond.
 pub enum Truth {
-    /// Points, and their vertices in each way a silhouette can be read; −1 is unknown.
-    Dense { side: bool, points: Vec<[f64; 2]>, variants: Vec<Vec<i64>> },
+    /// Points, and their vertices in each way a silhouette can be read.
+    Dense(pairs::Truth),
     /// Points, and the vertices that are right for each.
     Landmarks(Vec<([f64; 2], Vec<u32>)>),
-}
-
-#[derive(Deserialize)]
-struct Dense {
-    side: bool,
-    points: Vec<[f64; 2]>,
-    variants: BTreeMap<String, Vec<i64>>,
 }
 
 #[derive(Deserialize)]
@@ -55,11 +52,16 @@ struct Marked {
     landmarks: BTreeMap<String, Vec<u32>>,
 }
 
+/// Endings of files, and the media types of drawings.
+const MESHES: [(&str, &str); 5] = [("off", ""), ("obj", ""), ("ply", ""), ("stl", ""), ("glb", "")];
+const SKETCHES: [(&str, &str); 4] =
+    [("json", "application/json"), ("svg", "image/svg+xml"), ("png", "image/png"), ("jpg", "image/jpeg")];
+
 /// Endings of a drawing's name that tell the form of a drawing that is there in others.
 const FORMS: [&str; 4] = ["-png", "-line", "-scribble", "-fill"];
 
-/// The cases of a folder: `cases.json` with `meshes.json` beside it, or a folder for each case with `mesh.off`,
-/// `sketch.json` and `truth.json`.
+/// The cases of a folder: `cases.json` with `meshes.json` beside it, or a folder for each case with `truth.json`, a mesh and a
+/// sketch: the first there is of `mesh.off`, `.obj`, `.ply`, `.stl` and `.glb`, and of `sketch.json`, `.svg`, `.png` and `.jpg`.
 ///
 /// # Errors
 /// A file that cannot be read.
@@ -74,19 +76,29 @@ fn silhouettes(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
     folders.retain(|folder| folder.join("truth.json").exists());
     folders.sort_unstable();
     let case = |folder: PathBuf| {
-        let Dense { side, points, variants } = parsed(&folder.join("truth.json"))?;
+        let (mesh, _) = first(&folder, "mesh", &MESHES)?;
+        let (drawing, media_type) = first(&folder, "sketch", &SKETCHES)?;
         let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         Ok(Case {
             base: name.split("__").next().unwrap_or_default().to_owned(),
             name,
             set: set.to_owned(),
-            drawing: folder.join("sketch.json"),
-            media_type: "application/json".to_owned(),
-            mesh: folder.join("mesh.off"),
-            truth: Truth::Dense { side, points, variants: variants.into_values().collect() },
+            drawing,
+            media_type: media_type.to_owned(),
+            mesh,
+            truth: Truth::Dense(parsed(&folder.join("truth.json"))?),
         })
     };
     folders.into_iter().map(case).collect()
+}
+
+/// The first of the files of this name that there is, and its media type.
+fn first<'a>(folder: &Path, name: &str, endings: &[(&str, &'a str)]) -> Result<(PathBuf, &'a str), Unreadable> {
+    let named = endings.iter().map(|(ending, media_type)| (folder.join(format!("{name}.{ending}")), *media_type));
+    named
+        .into_iter()
+        .find(|(path, _)| path.exists())
+        .ok_or_else(|| Unreadable::new(folder, format!("there is no {name}")))
 }
 
 fn drawings(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
@@ -109,6 +121,17 @@ fn drawings(folder: &Path, set: &str) -> Result<Vec<Case>, Unreadable> {
     drawings.iter().flat_map(|drawing| drawing.meshes.iter().map(move |mesh| case(drawing, mesh))).collect()
 }
 
+/// The mesh in a file.
+///
+/// # Errors
+/// A file that cannot be read, or that holds no mesh that can be matched.
+pub fn mesh(path: &Path) -> Result<FileMesh, Unreadable> {
+    let bytes = fs::read(path).map_err(|error| Unreadable::new(path, error))?;
+    let named = path.extension().and_then(|ending| Format::from_name(ending.to_str()?));
+    let format = named.or_else(|| Format::sniff(&bytes)).ok_or_else(|| Unreadable::new(path, "no mesh"))?;
+    Ok(import(&bytes, format, &Limits::default()).map_err(|error| Unreadable::new(path, error))?.mesh)
+}
+
 fn parsed<T: DeserializeOwned>(path: &Path) -> Result<T, Unreadable> {
     let bytes = fs::read(path).map_err(|error| Unreadable::new(path, error))?;
     serde_json::from_slice(&bytes).map_err(|error| Unreadable::new(path, error))
@@ -121,7 +144,7 @@ impl Case {
     }
 
     /// The drawing, read as the service reads it.
-    pub(super) fn sketch(&self) -> Result<Sketch, Unreadable> {
+    pub fn sketch(&self) -> Result<Sketch, Unreadable> {
         let bytes = fs::read(&self.drawing).map_err(|error| Unreadable::new(&self.drawing, error))?;
         let config = Config::default();
         let wanted = Choice { vertices: DEFAULT_TARGET_VERTICES, figure: 0 };
@@ -129,7 +152,8 @@ impl Case {
             "application/json" => {
                 let request: OutlineRequest =
                     serde_json::from_slice(&bytes).map_err(|error| Unreadable::new(&self.drawing, error))?;
-                sketch::from_outline(&request.into_parts().0, wanted.vertices, &config)
+                let (drawing, vertices) = request.into_parts();
+                sketch::from_outline(&drawing, vertices, &config)
             }
             "image/svg+xml" => sketch::from_svg(&bytes, wanted, &config),
             _ => sketch::from_picture(&bytes, wanted, &config),
@@ -152,7 +176,7 @@ impl Truth {
             (0..places.len()).min_by(|&a, &b| squared(&places[a]).total_cmp(&squared(&places[b]))).unwrap_or(0)
         };
         match self {
-            Truth::Dense { side, points, variants } => {
+            Truth::Dense(pairs::Truth { side, points, variants }) => {
                 let nearest: Vec<usize> = points.iter().map(nearest).collect();
                 let scale = if *side { 0.5f64.sqrt() } else { 1.0 };
                 let errors = |variant: &Vec<i64>| -> Vec<(usize, f64)> {
@@ -161,7 +185,7 @@ impl Truth {
                     };
                     nearest.iter().zip(variant).filter_map(error).collect()
                 };
-                let all = variants.iter().map(errors);
+                let all = variants.values().map(errors);
                 all.min_by(|a, b| mean(a).total_cmp(&mean(b))).unwrap_or_default()
             }
             Truth::Landmarks(landmarks) => {

@@ -14,8 +14,6 @@ use std::path::{Path, PathBuf};
 use crate::alignment::prepared::{FlatShape, PreparedMesh};
 use crate::alignment::{DOUBTS, Upright, Weighed, weighed};
 use crate::mesh::figure::Figure;
-use crate::mesh::formats::{Format, Limits};
-use crate::mesh::validation::import;
 use crate::numerics::{Unwatched, side_by_side};
 use cases::{Case, mean};
 
@@ -28,7 +26,7 @@ pub struct Unreadable {
 }
 
 impl Unreadable {
-    fn new(path: &Path, reason: impl ToString) -> Unreadable {
+    pub fn new(path: &Path, reason: impl ToString) -> Unreadable {
         Unreadable { path: path.into(), reason: reason.to_string() }
     }
 }
@@ -67,10 +65,7 @@ struct Target {
 
 impl Target {
     fn read(path: &Path) -> Result<Target, Unreadable> {
-        let bytes = std::fs::read(path).map_err(|error| Unreadable::new(path, error))?;
-        let format = Format::sniff(&bytes).ok_or_else(|| Unreadable::new(path, "no mesh"))?;
-        let limits = Limits::default();
-        let mesh = import(&bytes, format, &limits).map_err(|error| Unreadable::new(path, error))?.mesh;
+        let mesh = cases::mesh(path)?;
         let figure = Figure::largest(&mesh);
         let prepared = PreparedMesh::new(&figure.mesh, &Unwatched).map_err(|error| Unreadable::new(path, error))?;
         Ok(Target { figure, prepared })

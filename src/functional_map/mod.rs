@@ -4,10 +4,13 @@
 //! coefficients on M to coefficients on N, and A (k × q), B (l × q) hold q corresponding functions.
 
 pub mod catalogue;
+pub mod coupling;
 pub mod parameter;
+pub mod permutation;
 pub mod problem;
 pub mod regulariser;
 pub mod solve;
+pub mod term;
 pub mod weights;
 
 mod diagonal;

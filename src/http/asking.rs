@@ -17,7 +17,7 @@ use super::preference::Wait;
 use super::problem::Problem;
 use super::query::Query;
 use super::resource::{LOOK_AGAIN, Resource, address, described};
-use super::{App, PREFERENCE_APPLIED, shapes};
+use super::{App, PREFERENCE_APPLIED, Service, shapes};
 use crate::store::{Job, MEMORY, NewJob, Unkept};
 
 /// What a job is asked for with beside its request.
@@ -38,15 +38,15 @@ pub struct Asked {
     body: JsonBody,
 }
 
-impl FromRequest<App> for Asked {
+impl FromRequest<Service> for Asked {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, app: &App) -> Result<Asked, Problem> {
+    async fn from_request(request: Request, service: &Service) -> Result<Asked, Problem> {
         let (mut parts, body) = request.into_parts();
-        let Query(query) = Query::from_request_parts(&mut parts, app).await?;
-        let key = IdempotencyKey::from_request_parts(&mut parts, app).await?;
-        let Ok(wait) = Wait::from_request_parts(&mut parts, app).await;
-        let body = JsonBody::from_request(Request::from_parts(parts, body), app).await?;
+        let Query(query) = Query::from_request_parts(&mut parts, service).await?;
+        let key = IdempotencyKey::from_request_parts(&mut parts, service).await?;
+        let Ok(wait) = Wait::from_request_parts(&mut parts, service).await;
+        let body = JsonBody::from_request(Request::from_parts(parts, body), service).await?;
         Ok(Asked { query, key, wait, body })
     }
 }

@@ -10,8 +10,8 @@ use futures::StreamExt;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::time::timeout;
 
-use super::App;
 use super::problem::{Fault, Problem};
+use super::{App, Service};
 use crate::intake::json::is_json;
 
 /// The media type of a form with files.
@@ -31,10 +31,10 @@ pub struct Upload {
     _memory: OwnedSemaphorePermit,
 }
 
-impl FromRequest<App> for Upload {
+impl FromRequest<Service> for Upload {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, app: &App) -> Result<Upload, Problem> {
+    async fn from_request(request: Request, Service(app): &Service) -> Result<Upload, Problem> {
         let limit = app.config.max_upload_bytes;
         let media_type = media_type(request.headers());
         if media_type.as_deref() == Some(MULTIPART) {
@@ -53,10 +53,10 @@ pub struct JsonBody {
     _memory: OwnedSemaphorePermit,
 }
 
-impl FromRequest<App> for JsonBody {
+impl FromRequest<Service> for JsonBody {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, app: &App) -> Result<JsonBody, Problem> {
+    async fn from_request(request: Request, Service(app): &Service) -> Result<JsonBody, Problem> {
         match media_type(request.headers()) {
             Some(media_type) if is_json(&media_type) => {
                 let (bytes, memory) = read(request, app, app.config.max_request_bytes).await?;
@@ -163,17 +163,18 @@ mod tests {
         let measures = PrometheusBuilder::new().build_recorder().handle();
         let config = Config { max_upload_bytes: 10_000, max_uploads_bytes: 20_480, ..Config::default() };
         let app = App::new(store, config, measures, CancellationToken::new());
+        let service = Service(app.clone());
         let pieces = |length: usize| {
             let pieces: Vec<_> =
                 vec![b'#'; length].chunks(700).map(|piece| Ok::<_, io::Error>(piece.to_vec())).collect();
             Request::new(Body::from_stream(futures::stream::iter(pieces)))
         };
-        let first = Upload::from_request(pieces(10_000), &app).await.ok().unwrap();
+        let first = Upload::from_request(pieces(10_000), &service).await.ok().unwrap();
         assert_eq!((first.bytes.len(), app.memory.available_permits()), (10_000, 10));
-        let second = Upload::from_request(pieces(9_000), &app).await.ok().unwrap();
-        assert_eq!(Upload::from_request(pieces(700), &app).await.err().unwrap().status, 503);
+        let second = Upload::from_request(pieces(9_000), &service).await.ok().unwrap();
+        assert_eq!(Upload::from_request(pieces(700), &service).await.err().unwrap().status, 503);
         drop((first, second));
-        assert_eq!(Upload::from_request(pieces(10_001), &app).await.err().unwrap().status, 413);
+        assert_eq!(Upload::from_request(pieces(10_001), &service).await.err().unwrap().status, 413);
         assert_eq!(app.memory.available_permits(), 20);
     }
 
@@ -182,10 +183,11 @@ mod tests {
         let (_directory, store) = fresh().await;
         let measures = PrometheusBuilder::new().build_recorder().handle();
         let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let service = Service(app.clone());
         let all = app.memory.available_permits();
         let length = 3 * MEMORY_GRAIN;
         let request = Request::builder().header("content-type", "application/json").header("content-length", length);
-        let body = JsonBody::from_request(request.body(Body::from(vec![b' '; length])).unwrap(), &app).await;
+        let body = JsonBody::from_request(request.body(Body::from(vec![b' '; length])).unwrap(), &service).await;
         let body = body.ok().unwrap();
         assert_eq!((body.bytes.len(), app.memory.available_permits()), (length, all - 3));
         drop(body);

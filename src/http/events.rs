@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -32,7 +31,7 @@ use crate::store::{Job, JobChanges};
         (status = 204, description = "the last event was seen"),
     ),
 )]
-pub async fn of_match(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn of_match(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     followed::<Settings>(app, id, &headers).await
 }
 
@@ -48,7 +47,7 @@ pub async fn of_match(State(app): State<App>, Id(id): Id, headers: HeaderMap) ->
         (status = 204, description = "the last event was seen"),
     ),
 )]
-pub async fn of_pose(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn of_pose(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     followed::<Posing>(app, id, &headers).await
 }
 

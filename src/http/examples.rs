@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::sync::Arc;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -99,7 +98,7 @@ pub async fn list() -> Json<Vec<ExampleDocument>> {
         (status = 304, description = "unchanged"),
     ),
 )]
-pub async fn mesh(State(app): State<App>, Id(name): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn mesh(app: App, Id(name): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[OBJ, OCTETS])?;
     let files = files(&app, &name).await?;
     wanted.answer(&app, move |_| Ok::<_, Infallible>(files.mesh)).await
@@ -116,7 +115,7 @@ pub async fn mesh(State(app): State<App>, Id(name): Id, headers: HeaderMap) -> R
         (status = 304, description = "unchanged"),
     ),
 )]
-pub async fn sketch(State(app): State<App>, Id(name): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn sketch(app: App, Id(name): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, SVG, PNG])?;
     let files = files(&app, &name).await?;
     let write = move |media_type| match media_type {

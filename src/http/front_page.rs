@@ -13,10 +13,10 @@ use axum::routing::get;
 use bytes::Bytes;
 use rust_embed::Embed;
 
-use super::App;
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::Wanted;
+use super::{App, Service};
 
 /// What `make web` builds, read from there by programs of the profile `dev`. Where it was not built, there is no page.
 #[derive(Embed)]
@@ -74,12 +74,12 @@ impl FrontPage {
     }
 }
 
-pub fn routes() -> Router<App> {
+pub(super) fn routes() -> Router<Service> {
     Router::new().route("/", get(page)).route("/licences", get(licences)).route("/assets/{name}", get(asset))
 }
 
 /// Answers the page, or how to get it.
-async fn page(State(app): State<App>, headers: HeaderMap) -> Result<Response, Problem> {
+async fn page(State(Service(app)): State<Service>, headers: HeaderMap) -> Result<Response, Problem> {
     match app.config.front_page.file(INDEX) {
         Some(page) => changing(&app, headers, "text/html; charset=utf-8", page).await,
         None => changing(&app, headers, TEXT, Bytes::from_static(NO_PAGE.as_bytes())).await,
@@ -87,7 +87,7 @@ async fn page(State(app): State<App>, headers: HeaderMap) -> Result<Response, Pr
 }
 
 /// Answers the licences of what the page is made of.
-async fn licences(State(app): State<App>, headers: HeaderMap) -> Result<Response, Problem> {
+async fn licences(State(Service(app)): State<Service>, headers: HeaderMap) -> Result<Response, Problem> {
     let licences = app.config.front_page.file(LICENCES);
     changing(&app, headers, TEXT, licences.ok_or_else(|| Problem::not_found("page in this program"))?).await
 }
@@ -100,7 +100,7 @@ async fn changing(app: &App, headers: HeaderMap, media_type: &'static str, body:
 }
 
 /// Answers a file that the page is made of; its name changes with its content.
-async fn asset(State(app): State<App>, Id(name): Id, headers: HeaderMap) -> Result<Response, Problem> {
+async fn asset(State(Service(app)): State<Service>, Id(name): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let body = app.config.front_page.file(&format!("assets/{name}"));
     let body = body.ok_or_else(|| Problem::not_found(format_args!("file {name} of the page")))?;
     sent(&app, headers, media_type(&name), body).await

@@ -1,6 +1,5 @@
 //! Vertices and triangles of shapes, as text and as bytes.
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -34,7 +33,7 @@ fn written(geometry: &Geometry<'_>, media_type: &str) -> Result<Bytes, Unwritten
         (status = 304, description = "unchanged"),
     ),
 )]
-pub async fn of_mesh(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn of_mesh(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, SAFETENSORS, NPY, GLB])?;
     let mesh = shapes::mesh(&app, &id).await?;
     let write = move |media_type| match media_type {
@@ -59,7 +58,7 @@ pub async fn of_mesh(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> 
         (status = 304, description = "unchanged"),
     ),
 )]
-pub async fn of_sketch(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn of_sketch(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, SAFETENSORS, NPY])?;
     let sketch = shapes::sketch(&app, &id).await?;
     let write = move |media_type| {

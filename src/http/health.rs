@@ -9,10 +9,11 @@ use axum::http::header;
 use axum::response::IntoResponse;
 use metrics::describe_gauge;
 use serde::Serialize;
+use tokio::time::error::Elapsed;
 use tokio::time::timeout;
 use utoipa::ToSchema;
 
-use super::App;
+use super::Service;
 use super::problem::Problem;
 use crate::jobs::{KINDS, Kind};
 use crate::store::{Lack, StoreError};
@@ -26,6 +27,9 @@ pub struct Health {
 /// Bytes that have to be free on the disk: what a match and its caches take, about, on a mesh of 100,000 vertices.
 const LEAST_FREE: u64 = 64 << 20;
 
+/// How long a check may take: below what watchers usually wait, so that they are told what is away.
+const LONGEST_CHECK: Duration = Duration::from_secs(3);
+
 const OK: Json<Health> = Json(Health { status: "ok" });
 
 /// Tells that the process lives.
@@ -34,8 +38,8 @@ pub async fn alive() -> Json<Health> {
     OK
 }
 
-/// Tells whether requests are taken: a row and a file can be written and read, the disk has space, and nobody has told the
-/// server to stop.
+/// Tells whether requests are taken: a row and a blob can be written and read, the disk has space, and nobody has told the
+/// server to stop. Where not, `detail` names what is away, the database, the blobs or both.
 #[utoipa::path(
     get, path = "/readyz", operation_id = "read_readiness", tag = "service",
     responses(
@@ -44,24 +48,40 @@ pub async fn alive() -> Json<Health> {
         (status = 507, description = "the disk is full"),
     ),
 )]
-pub async fn ready(State(app): State<App>) -> Result<Json<Health>, Problem> {
+pub(super) async fn ready(State(Service(app)): State<Service>) -> Result<Json<Health>, Problem> {
     if app.shutdown.is_cancelled() {
         return Err(Problem::busy("the server is stopping", 5));
     }
     let _one_at_a_time = app.checks.lock().await;
-    let unusable = |error: StoreError| match error.lack() {
-        Some(lack) => Problem::lacking(lack, error),
-        None => {
-            tracing::error!(%error, "the data directory cannot be used");
-            Problem::busy("the data directory cannot be used", 5)
-        }
-    };
-    let free = app.store.free_bytes().await.map_err(unusable)?;
-    if free < LEAST_FREE {
+    // A disk that does not say is one that cannot be used, which is told below.
+    if let Ok(Some(free)) = app.store.free_bytes().await
+        && free < LEAST_FREE
+    {
         return Err(Problem::lacking(Lack::Space, format_args!("the disk has {free} bytes left")));
     }
-    app.store.healthy().await.map_err(unusable)?;
-    Ok(OK)
+    let database = timeout(LONGEST_CHECK, app.store.database_healthy());
+    let (database, blobs) = tokio::join!(database, timeout(LONGEST_CHECK, app.store.blobs_healthy()));
+    let away = match (unusable("database", database)?, unusable("place of the blobs", blobs)?) {
+        (false, false) => return Ok(OK),
+        (true, false) => "the database",
+        (false, true) => "the place of the blobs",
+        (true, true) => "the database and the place of the blobs",
+    };
+    Err(Problem::busy(format!("{away} cannot be used"), 5))
+}
+
+/// Whether what the server depends on cannot be used, which is told to the log.
+///
+/// # Errors
+/// 507 where its disk is full.
+fn unusable(what: &str, health: Result<Result<(), StoreError>, Elapsed>) -> Result<bool, Problem> {
+    match health {
+        Ok(Ok(())) => return Ok(false),
+        Ok(Err(error)) if error.lack() == Some(Lack::Space) => return Err(Problem::lacking(Lack::Space, error)),
+        Ok(Err(error)) => tracing::error!(%error, "the {what} cannot be used"),
+        Err(_) => tracing::error!("the {what} does not answer"),
+    }
+    Ok(true)
 }
 
 const QUEUED: &str = "sketchmatch_jobs_queued";
@@ -72,7 +92,10 @@ const BUILD: &str = "sketchmatch_build_info";
 /// Says what is measured here.
 pub(super) fn describe() {
     describe_gauge!(QUEUED, "Jobs that wait, by kind.");
-    describe_gauge!(FREE, "Bytes that are free on the disk of the data directory.");
+    describe_gauge!(
+        FREE,
+        "Bytes that are free on the disk of the data directory; not a number where nothing is kept on one."
+    );
     describe_gauge!(READING, "Bytes of memory set aside for drawings and meshes that are being read, as estimated.");
     describe_gauge!(BUILD, "1, with the version of the program.");
     metrics::gauge!(BUILD, "version" => env!("CARGO_PKG_VERSION")).set(1);
@@ -87,12 +110,12 @@ const PATIENCE: Duration = Duration::from_secs(2);
     get, path = "/metrics", operation_id = "read_measures", tag = "service",
     responses((status = 200, description = "the measures", content_type = "text/plain", body = String)),
 )]
-pub async fn measures(State(app): State<App>) -> impl IntoResponse {
+pub(super) async fn measures(State(Service(app)): State<Service>) -> impl IntoResponse {
     for Kind { name, .. } in &KINDS {
         let queued = async { app.store.queued(name).await.map(|jobs| jobs as f64) };
         metrics::gauge!(QUEUED, "kind" => *name).set(told(queued).await);
     }
-    let free = async { app.store.free_bytes().await.map(|bytes| bytes as f64) };
+    let free = async { app.store.free_bytes().await.map(|bytes| bytes.map_or(f64::NAN, |bytes| bytes as f64)) };
     metrics::gauge!(FREE).set(told(free).await);
     metrics::gauge!(READING).set(app.reading_bytes() as f64);
     app.process.collect();
@@ -105,7 +128,7 @@ async fn told(measure: impl Future<Output = Result<f64, StoreError>>) -> f64 {
     match timeout(PATIENCE, measure).await {
         Ok(Ok(value)) => value,
         Ok(Err(error)) => {
-            tracing::warn!(%error, "the data directory does not tell a measure");
+            tracing::warn!(%error, "the store does not tell a measure");
             f64::NAN
         }
         Err(_) => f64::NAN,
@@ -119,7 +142,7 @@ mod tests {
     use tokio_util::sync::CancellationToken;
 
     use super::*;
-    use crate::http::Config;
+    use crate::http::{App, Config};
     use crate::store::testing::fresh;
 
     #[tokio::test]
@@ -130,7 +153,7 @@ mod tests {
         let recorder = PrometheusBuilder::new().build_recorder();
         let app = App::new(store, Config::default(), recorder.handle(), CancellationToken::new());
         let _recording = metrics::set_default_local_recorder(&recorder);
-        let answer = measures(State(app)).await.into_response();
+        let answer = measures(State(Service(app))).await.into_response();
         let text = String::from_utf8(to_bytes(answer.into_body(), 1 << 20).await.unwrap().to_vec()).unwrap();
         assert!(text.contains("sketchmatch_jobs_queued{kind=\"match\"} NaN"), "{text}");
         assert!(text.contains("sketchmatch_reading_bytes 0"), "{text}");

@@ -41,7 +41,7 @@ impl InlineSketch {
     ///
     /// # Errors
     /// What the store said.
-    pub async fn unkept(self) -> Result<Unkept, Problem> {
-        Ok(Unkept::sketch(self.sketch, self.source, self.body).await?)
+    pub async fn unkept(self, app: &App) -> Result<Unkept, Problem> {
+        Ok(app.store.unkept(self.sketch, self.source, self.body).await?)
     }
 }

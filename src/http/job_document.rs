@@ -22,7 +22,7 @@ pub struct JobDocument {
     pub sketch: String,
     pub status: Status,
     pub progress: Progress,
-    /// Which it is of those of its kind that wait, from 1, where it waits.
+    /// Which it is of your own of its kind that wait, from 1, where it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub place_in_queue: Option<i64>,

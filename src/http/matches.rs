@@ -1,7 +1,6 @@
 //! Matches: asked for, looked at, ended.
 
 use axum::Json;
-use axum::extract::State;
 use axum::response::Response;
 
 use super::asking::{Asked, JobQuery, Submission};
@@ -37,7 +36,7 @@ use crate::store::{Kind, Shape, Unkept};
         (status = 200, description = "finished within the wait", body = MatchDocument, headers(("Preference-Applied" = String))),
     ),
 )]
-pub async fn create(State(app): State<App>, asked: Asked) -> Result<Response, Problem> {
+pub async fn create(app: App, asked: Asked) -> Result<Response, Problem> {
     asking::answered::<Settings, _>(&app, asked, |submission| submitted(&app, submission)).await
 }
 
@@ -61,7 +60,7 @@ async fn submitted(app: &App, submission: Submission) -> Result<Answer, Problem>
 ///
 /// # Errors
 /// 422 with every fault found.
-async fn payload(
+pub(super) async fn payload(
     app: &App,
     request: MatchRequest,
     inline: Option<InlineSketch>,
@@ -84,7 +83,7 @@ async fn payload(
         return Err(unfit(faults));
     }
     let drawn = match inline {
-        Some(inline) => Some(inline.unkept().await?),
+        Some(inline) => Some(inline.unkept(app).await?),
         None => None,
     };
     if let Some(drawn) = &drawn {
@@ -168,7 +167,7 @@ fn known_up(mesh: &Shape) -> Option<[f64; 3]> {
     get, path = "/v1/matches", operation_id = "list_matches", tag = "matches", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<MatchDocument>)),
 )]
-pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     resource::listed::<Settings>(&app, &query).await
 }
 
@@ -177,7 +176,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     get, path = "/v1/matches/{id}", operation_id = "read_match", tag = "matches", params(("id" = String, Path)),
     responses((status = 200, description = "the match", body = MatchDocument)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
+pub async fn read(app: App, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
     let job = resource::found::<Settings>(&app, &id).await?;
     Ok(Json(resource::described::<Settings>(&app, job).await?))
 }
@@ -190,7 +189,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocume
         (status = 204, description = "deleted"),
     ),
 )]
-pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem> {
+pub async fn end(app: App, Id(id): Id) -> Result<Response, Problem> {
     resource::ended::<Settings>(&app, &id).await
 }
 
@@ -199,6 +198,6 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
     post, path = "/v1/matches/{id}/cancel", operation_id = "cancel_match", tag = "matches", params(("id" = String, Path)),
     responses((status = 200, description = "the match as it now stands", body = MatchDocument)),
 )]
-pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
+pub async fn cancel(app: App, Id(id): Id) -> Result<Json<MatchDocument>, Problem> {
     resource::cancelled::<Settings>(&app, &id).await
 }

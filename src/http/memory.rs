@@ -1,29 +1,19 @@
 //! How much memory a job takes: what would take more than there is for one is not queued.
 
 use super::problem::Fault;
+use crate::jobs::memory;
 use crate::pipeline::Settings;
 use crate::pipeline::settings::upsampled;
-use crate::spectral::{RUNGS, rung};
-
-/// Numbers per vertex beside those that grow with the number of eigenpairs: the mesh, its operator, the blocks of the
-/// eigenvalue solver, descriptors.
-const FIXED: usize = 224;
-
-/// Numbers per vertex and eigenpair: the Krylov basis, which is up to three times as long, its rotation, the result.
-const PER_PAIR: usize = 6;
-
-/// Bytes per vertex of the Cholesky factor, as fill-in is on surfaces.
-const FACTOR: usize = 2048;
+use crate::spectral::RUNGS;
 
 /// The bytes a spectrum of at least `k` eigenpairs takes at its peak, about, on a shape of these many vertices.
-fn of_spectrum(vertices: usize, k: usize) -> usize {
-    let numbers = rung(k).saturating_mul(PER_PAIR).saturating_add(FIXED);
-    numbers.saturating_mul(size_of::<f64>()).saturating_add(FACTOR).saturating_mul(vertices)
+pub fn of_spectrum(vertices: usize, k: usize) -> usize {
+    memory::of_spectrum(k).saturating_mul(vertices)
 }
 
-/// The bytes it takes to pose a mesh of these many vertices, about: two factors, and some tens of numbers each.
+/// The bytes it takes to pose a mesh of these many vertices, about.
 pub fn of_pose(vertices: usize) -> usize {
-    FIXED.saturating_mul(size_of::<f64>()).saturating_add(2 * FACTOR).saturating_mul(vertices)
+    memory::of_pose().saturating_mul(vertices)
 }
 
 /// What is wrong with posing a mesh of these many vertices with `budget` bytes.

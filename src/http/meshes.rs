@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
@@ -33,6 +32,10 @@ pub struct UploadQuery {
     /// A name to list the mesh under.
     #[param(max_length = 200)]
     name: Option<String>,
+    /// Lets the mesh go by itself within the hour, unless it is uploaded again without this.
+    #[serde(default)]
+    #[param(default = false)]
+    temporary: bool,
 }
 
 /// Takes a mesh.
@@ -52,7 +55,7 @@ pub struct UploadQuery {
     ),
 )]
 pub async fn upload(
-    State(app): State<App>,
+    app: App,
     Query(query): Query<UploadQuery>,
     key: IdempotencyKey,
     upload: Upload,
@@ -73,7 +76,9 @@ pub async fn upload(
         });
         let (mesh, measures, source) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;
-        shapes::uploaded::<MeshMeasures>(app.store.insert_mesh(mesh, source, name.as_deref(), body).await?)
+        let _turn = app.may_take(source.bytes.len(), 0).await?;
+        let kept = app.store.insert_mesh(mesh, source, name.as_deref(), body).await?;
+        shapes::uploaded::<MeshMeasures>(&app, kept, query.temporary).await
     };
     shapes::once(&app, Kind::Mesh, &key, asked, answer).await
 }
@@ -83,7 +88,7 @@ pub async fn upload(
     get, path = "/v1/meshes", operation_id = "list_meshes", tag = "meshes", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<ShapeDocument<MeshMeasures>>)),
 )]
-pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     shapes::listed::<MeshMeasures>(&app, Kind::Mesh, &query).await
 }
 
@@ -92,7 +97,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     get, path = "/v1/meshes/{id}", operation_id = "read_mesh", tag = "meshes", params(("id" = String, Path)),
     responses((status = 200, description = "the mesh", body = ShapeDocument<MeshMeasures>)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
+pub async fn read(app: App, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
     Ok(Json(shapes::known(&app, Kind::Mesh, &id).await?))
 }
 
@@ -101,11 +106,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
     patch, path = "/v1/meshes/{id}", operation_id = "rename_mesh", tag = "meshes", params(("id" = String, Path)), request_body = Renaming,
     responses((status = 200, description = "the mesh, renamed", body = ShapeDocument<MeshMeasures>)),
 )]
-pub async fn rename(
-    State(app): State<App>,
-    Id(id): Id,
-    body: JsonBody,
-) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
+pub async fn rename(app: App, Id(id): Id, body: JsonBody) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
     Ok(Json(shapes::renamed(&app, Kind::Mesh, &id, body).await?))
 }
 
@@ -117,7 +118,7 @@ pub async fn rename(
         (status = 409, description = "a match or spectrum that is not finished needs it"),
     ),
 )]
-pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
+pub async fn delete(app: App, Id(id): Id) -> Result<StatusCode, Problem> {
     shapes::deleted(&app, Kind::Mesh, &id).await
 }
 
@@ -135,7 +136,7 @@ struct ComponentList {
         (status = 304, description = "unchanged"),
     ),
 )]
-pub async fn components(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn components(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let mesh = shapes::mesh(&app, &id).await?;
     let write = move |_| {
         let list = ComponentList { components: component_summaries(&mesh) };

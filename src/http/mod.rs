@@ -3,18 +3,24 @@
 //! A handler extracts, makes one or two calls and wraps the answer. What it hands to the store and takes from there is
 //! all it knows of the worker.
 
+pub mod admission;
 mod asking;
 mod body;
 mod connections;
+mod evaluations;
 mod events;
 mod examples;
 mod front_page;
+mod functions;
 mod geometry;
 mod health;
 mod host;
 mod idempotency;
 mod inline_sketch;
+mod inside;
 mod job_document;
+pub mod limits;
+mod links;
 mod matches;
 mod memory;
 mod meshes;
@@ -34,10 +40,13 @@ mod regularisers;
 mod representation;
 mod resource;
 mod results;
+mod security_headers;
 mod shapes;
 mod sketches;
 mod spectra;
+mod sweeps;
 mod timestamp;
+mod transfers;
 mod unread;
 
 use std::path::PathBuf;
@@ -45,25 +54,30 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
+use axum::extract::{DefaultBodyLimit, FromRequestParts, MatchedPath, Request};
+use axum::http::request::Parts;
 use axum::http::{HeaderName, Method, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
-use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{Mutex, OnceCell, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
+use crate::access::{Grant, Signer};
 use crate::jobs;
-use crate::store::{Job, JobChanges, NewJob, Places, Store, Submitted, Unkept};
+use crate::store::{Job, JobChanges, NewJob, Places, Store, StoreError, Submitted, Unkept};
+use admission::{Admission, Door};
 use connections::Limits;
 use examples::Examples;
 pub use front_page::FrontPage;
 use host::Hosts;
+use limits::Pace;
 use origin::Origin;
 pub use preference::LONGEST_WAIT;
 use problem::Problem;
@@ -71,9 +85,19 @@ use problem::Problem;
 /// How long a change of a job made by another process may go unnoticed.
 const POLL: Duration = Duration::from_secs(15);
 
+/// The name of the secret that signs addresses.
+const LINKS: &str = "links";
+
+/// Connections at one time to the address of the measures: those who watch are few.
+const MEASURE_CONNECTIONS: usize = 64;
+
 /// What the service allows.
 #[derive(Clone, Debug)]
 pub struct Config {
+    /// Who is let in.
+    pub admission: Admission,
+    /// What one tenant may take.
+    pub tenant_limits: limits::Limits,
     /// Origins that scripts of other sites may call from.
     pub cors_origins: Vec<Origin>,
     /// Names to answer to beside local ones, on a loopback address; where there are some, on others too.
@@ -110,6 +134,8 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Config {
         Config {
+            admission: Admission::Anybody,
+            tenant_limits: limits::Limits::default(),
             cors_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             max_connections: 10_000,
@@ -129,7 +155,7 @@ impl Default for Config {
     }
 }
 
-/// What every handler has at hand. Clones share it.
+/// What every handler has at hand, its store that of the tenant who asks. Clones share it.
 #[derive(Clone)]
 pub struct App {
     store: Store,
@@ -145,6 +171,24 @@ pub struct App {
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
     examples: Examples,
+    /// Counts the requests of tenants, where there is a limit to them.
+    pace: Option<Arc<Pace>>,
+    /// What signs addresses, once its secret was read.
+    signer: Arc<OnceCell<Signer>>,
+}
+
+/// What all are served with: an [`App`] comes of it with the tenant of a request.
+#[derive(Clone)]
+struct Service(App);
+
+impl FromRequestParts<Service> for App {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, Service(app): &Service) -> Result<App, Problem> {
+        let grant = parts.extensions.get::<Grant>();
+        let Grant { tenant, .. } = grant.ok_or_else(|| Problem::internal("nobody asked whose request this is"))?;
+        Ok(App { store: app.store.of(tenant), ..app.clone() })
+    }
 }
 
 /// Permits for this many bytes.
@@ -165,6 +209,7 @@ impl App {
             // A form of the largest file fits at least: it is taken apart by copying.
             memory: semaphore(config.max_uploads_bytes.max(config.max_upload_bytes.saturating_mul(2))),
             reading: semaphore(config.max_reading_bytes),
+            pace: config.tenant_limits.requests_per_second.map(|per_second| Arc::new(Pace::new(per_second))),
             config: Arc::new(config),
             metrics,
             shutdown,
@@ -172,7 +217,17 @@ impl App {
             checks: Arc::default(),
             process,
             examples: Examples::default(),
+            signer: Arc::default(),
         }
+    }
+
+    /// What signs addresses and knows its signatures again.
+    ///
+    /// # Errors
+    /// What the store said.
+    async fn signer(&self) -> Result<&Signer, StoreError> {
+        let signer = async { self.store.secret(LINKS).await.map(Signer::new) };
+        self.signer.get_or_try_init(|| signer).await
     }
 
     /// What `work` returns, done on a thread of its own: as many at a time as there are processors. Work that has begun
@@ -231,11 +286,12 @@ impl App {
     /// request, where one did.
     ///
     /// # Errors
-    /// 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
+    /// 429 where the tenant has as many jobs as it may; 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
     async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
         let queue = self.config.max_queue;
         let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
         let places = Places { queue, of_kind };
+        let _turn = self.may_take(shape.as_ref().map_or(0, Unkept::bytes), 1).await?;
         let submitted = match shape {
             Some(shape) => self.store.submit_with(shape, job, places).await?,
             None => self.store.submit(job, places).await?,
@@ -261,12 +317,14 @@ impl App {
 /// Everything a server of these names answers, over `app`.
 fn router(app: App, hosts: Hosts) -> Router {
     let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
+    let door = Door(app.clone());
     let (routes, document) = openapi::routes();
     routes
         .merge(front_page::routes())
-        .with_state(app)
+        .with_state(Service(app))
         .merge(SwaggerUi::new("/docs").external_url_unchecked("/openapi.json", document))
         .layer(DefaultBodyLimit::disable())
+        .layer(from_fn_with_state(door, admission::checked))
         .layer(CatchPanicLayer::custom(Problem::of_panic))
         .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
         .layer(map_response(problem::dressed))
@@ -274,6 +332,7 @@ fn router(app: App, hosts: Hosts) -> Router {
         .layer(map_request(representation::admit_uncompressed))
         .layer(map_response(representation::tag_compressed))
         .layer(cors)
+        .layer(from_fn(security_headers::added))
         .layer(from_fn(only_paths_there_are))
         .layer(from_fn_with_state(Arc::new(hosts), host::checked))
         .layer(from_fn(observation::observed))
@@ -297,7 +356,28 @@ pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
     let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
     let limits = Limits { connections: app.config.max_connections, idle: app.config.idle_timeout };
     let shutdown = app.shutdown.clone();
+    if let Admission::Keyholders(Some(file)) = &app.config.admission {
+        tokio::spawn(file.clone().watch(shutdown.clone()));
+    }
     connections::serve(listener, router(app, hosts), limits, shutdown).await;
+    Ok(())
+}
+
+/// Answers the measures alone on `listener`, to whoever reaches it, until `app` is told to stop.
+///
+/// # Errors
+/// What the listener said.
+pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<()> {
+    let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
+    let limits = Limits { connections: MEASURE_CONNECTIONS, idle: app.config.idle_timeout };
+    let (shutdown, deadline) = (app.shutdown.clone(), app.config.request_deadline);
+    let routes = Router::new()
+        .route("/metrics", get(health::measures))
+        .with_state(Service(app))
+        .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
+        .layer(map_response(problem::dressed))
+        .layer(from_fn_with_state(Arc::new(hosts), host::checked));
+    connections::serve(listener, routes, limits, shutdown).await;
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use axum::http::{HeaderName, HeaderValue, Uri, header};
-use tower_http::cors::{Any, CorsLayer};
+use tower_http::cors::{AllowHeaders, Any, CorsLayer};
 
 use super::PREFERENCE_APPLIED;
 
@@ -52,8 +52,12 @@ fn written(address: &str) -> Option<String> {
 /// The layer that lets scripts call from these origins.
 pub fn layer(origins: &[Origin]) -> CorsLayer {
     let exposed = [header::ETAG, header::LOCATION, header::LINK, header::RETRY_AFTER, header::WWW_AUTHENTICATE];
-    let exposed = exposed.into_iter().chain([HeaderName::from_static("x-request-id"), PREFERENCE_APPLIED]);
-    let layer = CorsLayer::new().allow_methods(Any).allow_headers(Any).expose_headers(exposed.collect::<Vec<_>>());
+    let exposed =
+        exposed.into_iter().chain(["x-request-id", "ratelimit", "ratelimit-policy"].map(HeaderName::from_static));
+    let exposed = exposed.chain([PREFERENCE_APPLIED]);
+    // Those that are asked for, one by one: browsers do not take * to mean `Authorization`.
+    let headers = AllowHeaders::mirror_request();
+    let layer = CorsLayer::new().allow_methods(Any).allow_headers(headers).expose_headers(exposed.collect::<Vec<_>>());
     let listed = origins.iter().map(|origin| match origin {
         Origin::Any => None,
         Origin::Of(value) => Some(value.clone()),

@@ -2,7 +2,6 @@
 
 use std::future::ready;
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -56,7 +55,7 @@ pub struct MatrixQuery {
 pub struct AnswerQuery {
     /// Which of the `alternatives` of the result is shown instead of the answer, counted from 0.
     #[param(maximum = 1000)]
-    alternative: Option<usize>,
+    pub(super) alternative: Option<usize>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
@@ -100,7 +99,7 @@ pub(super) fn width(asked: Option<u32>, usual: u32) -> Result<u32, Problem> {
     ),
 )]
 pub async fn of_match(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PictureQuery>,
     headers: HeaderMap,
@@ -122,7 +121,7 @@ pub async fn of_match(
     ),
 )]
 pub async fn of_matrix(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<MatrixQuery>,
     headers: HeaderMap,
@@ -149,7 +148,7 @@ pub async fn of_matrix(
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<AnswerQuery>,
     headers: HeaderMap,
@@ -167,14 +166,19 @@ struct Contents {
     alternatives: Vec<IgnoredAny>,
 }
 
+/// 404: a result of so many alternatives has no such one.
+pub(super) fn no_alternative(count: usize) -> Problem {
+    let fault = Fault::in_query("alternative", format!("the result has {count} alternatives"));
+    Problem::not_there("there is no such answer", fault)
+}
+
 /// Answers a result and its shapes as a picture, or as the coloured mesh.
 pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) -> Result<Response, Problem> {
     let read = result.clone();
     let contents = app.off_runtime(move || serde_json::from_slice(&read)).await?.map_err(Problem::internal)?;
     let Contents { sketch, mesh, alternatives } = contents;
     if look.alternative.is_some_and(|alternative| alternative >= alternatives.len()) {
-        let fault = Fault::in_query("alternative", format!("the result has {} alternatives", alternatives.len()));
-        return Err(Problem::not_there("there is no such answer", fault));
+        return Err(no_alternative(alternatives.len()));
     }
     let fetched = async {
         let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);

@@ -3,7 +3,6 @@
 use std::fmt::Display;
 use std::future::ready;
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
@@ -45,7 +44,7 @@ pub struct PortraitQuery {
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,
@@ -69,7 +68,7 @@ pub async fn of_mesh(
     ),
 )]
 pub async fn of_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,

@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 
-use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
@@ -51,7 +50,7 @@ pub struct FrameQuery {
     ),
 )]
 pub async fn read(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<FrameQuery>,
     headers: HeaderMap,
@@ -92,7 +91,7 @@ const LARGEST_BASIS: usize = 6_000_000;
         (status = 413, description = "too large"),
     ),
 )]
-pub async fn basis(State(app): State<App>, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
+pub async fn basis(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[SAFETENSORS, OCTETS])?;
     let Posed { result, contents } = Posed::of(&app, &id).await?;
     let fetched = async {
@@ -152,7 +151,7 @@ pub struct PosePictureQuery {
     ),
 )]
 pub async fn picture(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<PosePictureQuery>,
     headers: HeaderMap,

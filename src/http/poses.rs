@@ -1,7 +1,6 @@
 //! Poses: asked for, looked at, ended.
 
 use axum::Json;
-use axum::extract::State;
 use axum::response::Response;
 
 use super::asking::{Asked, JobQuery, Submission};
@@ -34,7 +33,7 @@ use crate::store::{self, Job, Kind};
         (status = 200, description = "finished within the wait", body = PoseDocument, headers(("Preference-Applied" = String))),
     ),
 )]
-pub async fn create(State(app): State<App>, asked: Asked) -> Result<Response, Problem> {
+pub async fn create(app: App, asked: Asked) -> Result<Response, Problem> {
     asking::answered::<Posing, _>(&app, asked, |submission| submitted(&app, submission)).await
 }
 
@@ -111,7 +110,7 @@ fn unfit(faults: Vec<Fault>) -> Problem {
     get, path = "/v1/poses", operation_id = "list_poses", tag = "poses", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<PoseDocument>)),
 )]
-pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     resource::listed::<Posing>(&app, &query).await
 }
 
@@ -120,7 +119,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     get, path = "/v1/poses/{id}", operation_id = "read_pose", tag = "poses", params(("id" = String, Path)),
     responses((status = 200, description = "the pose", body = PoseDocument)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
+pub async fn read(app: App, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
     let job = resource::found::<Posing>(&app, &id).await?;
     Ok(Json(resource::described::<Posing>(&app, job).await?))
 }
@@ -133,7 +132,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<PoseDocumen
         (status = 204, description = "deleted"),
     ),
 )]
-pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem> {
+pub async fn end(app: App, Id(id): Id) -> Result<Response, Problem> {
     resource::ended::<Posing>(&app, &id).await
 }
 
@@ -142,6 +141,6 @@ pub async fn end(State(app): State<App>, Id(id): Id) -> Result<Response, Problem
     post, path = "/v1/poses/{id}/cancel", operation_id = "cancel_pose", tag = "poses", params(("id" = String, Path)),
     responses((status = 200, description = "the pose as it now stands", body = PoseDocument)),
 )]
-pub async fn cancel(State(app): State<App>, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
+pub async fn cancel(app: App, Id(id): Id) -> Result<Json<PoseDocument>, Problem> {
     resource::cancelled::<Posing>(&app, &id).await
 }

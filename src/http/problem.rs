@@ -90,6 +90,11 @@ impl Problem {
         Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("the body is larger than the {limit} bytes allowed here"))
     }
 
+    /// 429: the tenant has taken what it may; come back in `seconds`.
+    pub fn too_many(detail: impl Into<String>, seconds: u32) -> Problem {
+        Problem { retry_after: Some(seconds), ..Problem::new(StatusCode::TOO_MANY_REQUESTS, detail) }
+    }
+
     /// 503: come back in `seconds`.
     pub fn busy(detail: impl Into<String>, seconds: u32) -> Problem {
         Problem { retry_after: Some(seconds), ..Problem::new(StatusCode::SERVICE_UNAVAILABLE, detail) }
@@ -100,7 +105,7 @@ impl Problem {
         tracing::error!(%error, "the server lacks what it takes");
         match lack {
             Lack::Space => Problem::new(StatusCode::INSUFFICIENT_STORAGE, "the disk of the server is full"),
-            Lack::Means => Problem::busy("the server cannot use its data directory now", 5),
+            Lack::Means => Problem::busy("the server cannot use its store now", 5),
         }
     }
 

@@ -103,6 +103,21 @@ impl Wanted {
         written.await?.map_err(Problem::internal)
     }
 
+    /// The answer to a call that sent what it is made of: with the body that `write` makes in this form, and nothing by which
+    /// to keep it.
+    ///
+    /// # Errors
+    /// 500 where `write` fails.
+    pub async fn answer_once<E: Display + Send + 'static>(
+        self,
+        app: &App,
+        write: impl FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let media_type = self.media_type;
+        let body = app.off_runtime(move || write(media_type)).await?.map_err(Problem::internal)?;
+        Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
+    }
+
     /// The same of what is made of nothing but `source`, the form and `how`: for a client that has it nothing else is
     /// fetched and nothing made. `fetched` has whatever else `write` needs, and is it.
     ///
@@ -185,7 +200,11 @@ fn said_of(tag: &str, keep: Keep) -> [(HeaderName, String); 3] {
         Keep::Forever => "private, max-age=31536000, immutable",
         Keep::Never => "no-store",
     };
-    [(header::ETAG, tag.to_owned()), (header::CACHE_CONTROL, keep.to_owned()), (header::VARY, "accept".to_owned())]
+    [
+        (header::ETAG, tag.to_owned()),
+        (header::CACHE_CONTROL, keep.to_owned()),
+        (header::VARY, "accept, authorization".to_owned()),
+    ]
 }
 
 /// Whether `If-None-Match` names the tag, be it of the body as it is or of a compressed copy.

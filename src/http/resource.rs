@@ -80,14 +80,15 @@ pub async fn cancelled<T: Resource>(app: &App, id: &str) -> Result<Json<T::Docum
 /// The result of a job as it was written.
 ///
 /// # Errors
-/// 404 where there is no such job, 409 where it has no result.
+/// 404 where there is no such job, 409 where it has no result, 410 where the result's time was over.
 pub async fn result<T: Resource>(app: &App, id: &str) -> Result<Bytes, Problem> {
     let job = found::<T>(app, id).await?;
     if job.state != State::Succeeded {
         let problem = Problem::new(StatusCode::CONFLICT, resultless::<T>(&job));
         return Err(if job.state.finished() { problem } else { problem.retry_after(LOOK_AGAIN) });
     }
-    app.store.result(id).await?.ok_or_else(|| Problem::not_found(format_args!("result of {} {id}", T::NOUN)))
+    let gone = || format!("the result of {} {id} was kept for its time and is deleted: ask for it again", T::NOUN);
+    app.store.result(id).await?.ok_or_else(|| Problem::new(StatusCode::GONE, gone()))
 }
 
 /// What the result of a job that runs looks like at first sight, once that is known.

@@ -1,6 +1,5 @@
 //! The results of matches.
 
-use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::Deserialize;
@@ -16,7 +15,7 @@ use crate::export::{correspondences, functional_map};
 use crate::pipeline::Settings;
 use crate::pipeline::outcome::MatchResult;
 
-const CSV: &str = "text/csv";
+pub(super) const CSV: &str = "text/csv";
 
 /// What is asked of a result.
 #[derive(Debug, Default, Deserialize, IntoParams)]
@@ -43,7 +42,7 @@ pub struct ResultQuery {
     ),
 )]
 pub async fn read(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<ResultQuery>,
     headers: HeaderMap,
@@ -77,19 +76,19 @@ mod tests {
     use super::*;
     use crate::http::Config;
     use crate::jobs::Task;
-    use crate::store::testing::fresh;
+    use crate::store::testing::{ALL, fresh};
     use crate::store::{NewJob, Places};
 
     #[tokio::test]
     async fn a_preview_is_answered_until_the_result_is_there() {
         let (_directory, store) = fresh().await;
         store.submit(&NewJob::of(Settings::NAME, "{}"), Places { queue: 1, of_kind: 1 }).await.unwrap();
-        let lease = store.claim(&[Settings::NAME]).await.unwrap().unwrap();
+        let lease = store.claim(&[Settings::NAME], ALL).await.unwrap().unwrap();
         let measures = PrometheusBuilder::new().build_recorder().handle();
         let app = App::new(store.clone(), Config::default(), measures, CancellationToken::new());
         let asked = async |preview: bool| {
             let query = Query(ResultQuery { preview });
-            read(State(app.clone()), Id(lease.job.id.clone()), query, HeaderMap::new()).await.into_response()
+            read(app.clone(), Id(lease.job.id.clone()), query, HeaderMap::new()).await.into_response()
         };
         assert_eq!(asked(true).await.status(), StatusCode::CONFLICT);
         store.preview(&lease, br#"{"preview": true}"#, 0.5).await.unwrap();

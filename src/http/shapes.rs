@@ -21,7 +21,7 @@ use crate::sketch::Sketch;
 use crate::store::{Deletion, Kind, Shape};
 
 /// Characters of a name at most.
-const LONGEST_NAME: usize = 200;
+pub(super) const LONGEST_NAME: usize = 200;
 
 const TOO_LONG: &str = "a name has at most 200 characters";
 
@@ -34,6 +34,10 @@ pub struct ShapeDocument<T> {
     /// RFC 3339.
     #[schema(format = DateTime)]
     pub created_at: String,
+    /// When it goes by itself, of an upload that is temporary.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    pub expires_at: Option<String>,
     #[serde(flatten)]
     pub measures: T,
 }
@@ -54,6 +58,14 @@ impl Kind {
 /// 404 where there is none.
 pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Result<ShapeDocument<T>, Problem> {
     document(app.store.shape(kind, id).await?.ok_or_else(|| missing(kind, id))?)
+}
+
+/// Ok where there is a shape of this id.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn there(app: &App, kind: Kind, id: &str) -> Result<(), Problem> {
+    app.store.shape(kind, id).await?.map(drop).ok_or_else(|| missing(kind, id))
 }
 
 /// The geometry of a mesh.
@@ -79,7 +91,8 @@ fn missing(kind: Kind, id: &str) -> Problem {
 /// The document of a shape whose measures were stored as a `T`.
 fn document<T: DeserializeOwned>(shape: Shape) -> Result<ShapeDocument<T>, Problem> {
     let measures = serde_json::from_value(shape.body).map_err(Problem::internal)?;
-    Ok(ShapeDocument { id: shape.id, name: shape.name, created_at: timestamp(shape.created_ms), measures })
+    let (created_at, expires_at) = (timestamp(shape.created_ms), shape.expires_ms.map(timestamp));
+    Ok(ShapeDocument { id: shape.id, name: shape.name, created_at, expires_at, measures })
 }
 
 /// Answers an upload with this query, once under one key.
@@ -95,8 +108,17 @@ pub async fn once(
     Ok(key.once(&app.store, &print, answer).await?.into_response())
 }
 
-/// The answer to an upload: 201 for a new shape, 200 for one whose content was known.
-pub fn uploaded<T: DeserializeOwned + Serialize>((shape, new): (Shape, bool)) -> Result<Answer, Problem> {
+/// The answer to an upload, which stays or goes within the hour: 201 for a new shape, 200 for one whose content was known.
+pub async fn uploaded<T: DeserializeOwned + Serialize>(
+    app: &App,
+    (shape, new): (Shape, bool),
+    temporary: bool,
+) -> Result<Answer, Problem> {
+    let shape = match (temporary, shape.expires_ms) {
+        (true, _) if new || shape.expires_ms.is_some() => app.store.make_temporary(shape, new).await?,
+        (false, Some(_)) => app.store.make_lasting(shape).await?,
+        _ => shape,
+    };
     let location = paths::of_shape(shape.kind, &shape.id);
     let status = if new { StatusCode::CREATED } else { StatusCode::OK };
     Answer::json(status, Some(location), &document::<T>(shape)?)

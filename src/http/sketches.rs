@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Response;
 use serde::Deserialize;
@@ -36,6 +35,10 @@ pub struct UploadQuery {
     /// A name to list the sketch under.
     #[param(max_length = 200)]
     name: Option<String>,
+    /// Lets the sketch go by itself within the hour, unless it is uploaded again without this.
+    #[serde(default)]
+    #[param(default = false)]
+    temporary: bool,
 }
 
 /// Takes a sketch: an outline as JSON (y up), an SVG, a PNG or a JPEG.
@@ -55,7 +58,7 @@ pub struct UploadQuery {
     ),
 )]
 pub async fn upload(
-    State(app): State<App>,
+    app: App,
     Query(query): Query<UploadQuery>,
     key: IdempotencyKey,
     upload: Upload,
@@ -81,9 +84,9 @@ pub async fn upload(
         let source =
             Source { bytes: file, media_type: kind.media_type().to_owned(), parameters: asked_of(target, figure) };
         let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
-        shapes::uploaded::<SketchMeasures>(
-            app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?,
-        )
+        let _turn = app.may_take(source.bytes.len(), 0).await?;
+        let kept = app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?;
+        shapes::uploaded::<SketchMeasures>(&app, kept, query.temporary).await
     };
     shapes::once(&app, Kind::Sketch, &key, asked, answer).await
 }
@@ -110,7 +113,7 @@ fn target(asked: Option<usize>) -> Result<Option<usize>, Problem> {
     get, path = "/v1/sketches", operation_id = "list_sketches", tag = "sketches", params(PageQuery),
     responses((status = 200, description = "a page", body = Listing<ShapeDocument<SketchMeasures>>)),
 )]
-pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
+pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
     shapes::listed::<SketchMeasures>(&app, Kind::Sketch, &query).await
 }
 
@@ -119,7 +122,7 @@ pub async fn list(State(app): State<App>, Query(query): Query<PageQuery>) -> Res
     get, path = "/v1/sketches/{id}", operation_id = "read_sketch", tag = "sketches", params(("id" = String, Path)),
     responses((status = 200, description = "the sketch", body = ShapeDocument<SketchMeasures>)),
 )]
-pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
+pub async fn read(app: App, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
     Ok(Json(shapes::known(&app, Kind::Sketch, &id).await?))
 }
 
@@ -128,11 +131,7 @@ pub async fn read(State(app): State<App>, Id(id): Id) -> Result<Json<ShapeDocume
     patch, path = "/v1/sketches/{id}", operation_id = "rename_sketch", tag = "sketches", params(("id" = String, Path)), request_body = Renaming,
     responses((status = 200, description = "the sketch, renamed", body = ShapeDocument<SketchMeasures>)),
 )]
-pub async fn rename(
-    State(app): State<App>,
-    Id(id): Id,
-    body: JsonBody,
-) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
+pub async fn rename(app: App, Id(id): Id, body: JsonBody) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
     Ok(Json(shapes::renamed(&app, Kind::Sketch, &id, body).await?))
 }
 
@@ -144,6 +143,6 @@ pub async fn rename(
         (status = 409, description = "a match or spectrum that is not finished needs it"),
     ),
 )]
-pub async fn delete(State(app): State<App>, Id(id): Id) -> Result<StatusCode, Problem> {
+pub async fn delete(app: App, Id(id): Id) -> Result<StatusCode, Problem> {
     shapes::deleted(&app, Kind::Sketch, &id).await
 }

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use axum::Json;
-use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
@@ -74,7 +73,7 @@ pub struct PendingSpectrum {
     ),
 )]
 pub async fn of_mesh(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
@@ -92,7 +91,7 @@ pub async fn of_mesh(
     ),
 )]
 pub async fn of_sketch(
-    State(app): State<App>,
+    app: App,
     Id(id): Id,
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
@@ -101,37 +100,51 @@ pub async fn of_sketch(
 }
 
 /// One spectrum of one shape.
-struct Asked {
-    kind: Kind,
-    id: String,
-    k: usize,
-    boundary: Boundary,
+pub(super) struct Asked {
+    pub kind: Kind,
+    pub id: String,
+    pub k: usize,
+    pub boundary: Boundary,
+}
+
+/// What there is of it.
+pub(super) enum Found {
+    /// The spectrum, the part of the shape that was decomposed, and the shape.
+    Spectrum(Box<(Spectrum, Figure, FileMesh)>),
+    /// The answer while it is worked on.
+    Pending(Response),
 }
 
 impl Asked {
     fn new(app: &App, kind: Kind, id: String, query: SpectrumQuery) -> Result<Asked, Problem> {
-        let k = query.k.unwrap_or(DEFAULT_EIGENPAIRS);
+        Asked::of(app, kind, id, query.k, query.boundary)
+    }
+
+    /// So many pairs, 20 where nothing is said.
+    pub fn of(
+        app: &App,
+        kind: Kind,
+        id: String,
+        k: Option<usize>,
+        boundary: Option<Boundary>,
+    ) -> Result<Asked, Problem> {
+        let k = k.unwrap_or(DEFAULT_EIGENPAIRS);
         if k == 0 {
             return Err(Problem::refused("there is no such spectrum", vec![Fault::in_query("k", "k is from 1")]));
         }
         if k > app.config.max_eigenpairs {
             return Err(too_many(app.config.max_eigenpairs));
         }
-        Ok(Asked { kind, id, k, boundary: query.boundary.unwrap_or(Boundary::Neumann) })
+        Ok(Asked { kind, id, k, boundary: boundary.unwrap_or(Boundary::Neumann) })
     }
 
     async fn answer(self, app: &App, headers: HeaderMap) -> Result<Response, Problem> {
         let wanted = Wanted::negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
-        let (figure, shape_hash) = self.figure(app).await?;
-        let (matched, vertices) = (figure.vertices.len(), figure.of_file().len());
-        if self.k >= matched {
-            return Err(too_many(matched - 1));
-        }
-        if let Some(excess) = memory::excess(matched, self.k, app.config.max_job_memory) {
-            return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
-        }
-        let key = SpectrumKey { shape_hash, boundary: self.boundary };
-        let Some(found) = app.store.spectrum(&key, self.k).await? else { return self.pending(app).await };
+        let (found, figure) = match self.found(app).await? {
+            Found::Spectrum(found) => (found.0, found.1),
+            Found::Pending(pending) => return Ok(pending),
+        };
+        let vertices = figure.of_file().len();
         if wanted.media_type() != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
             return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
@@ -143,8 +156,28 @@ impl Asked {
         wanted.answer(app, write).await
     }
 
-    /// The part of the shape that is decomposed, and the hash of its content.
-    async fn figure(&self, app: &App) -> Result<(Figure, blake3::Hash), Problem> {
+    /// The spectrum, of k pairs or more, where it is known; else it is queued.
+    ///
+    /// # Errors
+    /// 404 where there are not so many pairs, 422 where they are too large; as [`Asked::pending`].
+    pub async fn found(&self, app: &App) -> Result<Found, Problem> {
+        let (mesh, figure, shape_hash) = self.figure(app).await?;
+        let matched = figure.vertices.len();
+        if self.k >= matched {
+            return Err(too_many(matched - 1));
+        }
+        if let Some(excess) = memory::excess(matched, self.k, app.config.max_job_memory) {
+            return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
+        }
+        let key = SpectrumKey { shape_hash, boundary: self.boundary };
+        Ok(match app.store.spectrum(&key, self.k).await? {
+            Some(spectrum) => Found::Spectrum(Box::new((spectrum, figure, mesh))),
+            None => Found::Pending(self.pending(app).await?),
+        })
+    }
+
+    /// The shape, the part of it that is decomposed, and the hash of that.
+    async fn figure(&self, app: &App) -> Result<(FileMesh, Figure, blake3::Hash), Problem> {
         let mesh = match self.kind {
             Kind::Mesh => shapes::mesh(app, &self.id).await?,
             Kind::Sketch => FileMesh::from(shapes::sketch(app, &self.id).await?.mesh().clone()),
@@ -152,7 +185,7 @@ impl Asked {
         let looked_at = app.off_runtime(move || {
             let figure = Figure::largest(&mesh);
             let hash = figure.mesh.content_hash();
-            (figure, hash)
+            (mesh, figure, hash)
         });
         looked_at.await
     }

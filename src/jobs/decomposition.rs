@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bench, Failure, Progress, Task};
+use super::{Bench, Failure, Progress, Task, memory};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::pipeline::Spectra;
@@ -42,6 +42,10 @@ impl Task for Decomposition {
             store::Kind::Mesh => [Some(&self.shape), None],
             store::Kind::Sketch => [None, Some(&self.shape)],
         }
+    }
+
+    fn bytes_per_vertex(&self) -> usize {
+        memory::of_spectrum(self.k)
     }
 
     fn run(self, _: &str, bench: &Bench, progress: &Progress) -> Result<Eigenvalues, Failure> {

@@ -22,6 +22,9 @@ pub trait Task: Serialize + DeserializeOwned {
     /// The mesh and the sketch it needs: neither can be deleted until it has ended.
     fn shapes(&self) -> [Option<&str>; 2];
 
+    /// Bytes of memory it takes, about, for each vertex of the larger of its shapes.
+    fn bytes_per_vertex(&self) -> usize;
+
     /// Carries out the job of this id, on a thread outside the runtime. Whatever takes time asks `progress` whether to go
     /// on.
     ///
@@ -32,7 +35,7 @@ pub trait Task: Serialize + DeserializeOwned {
     /// The job as it is put into the queue, `payload` being this value in JSON.
     fn job<'a>(&'a self, payload: &'a str) -> NewJob<'a> {
         let [mesh, sketch] = self.shapes();
-        NewJob { mesh, sketch, ..NewJob::of(Self::NAME, payload) }
+        NewJob { mesh, sketch, bytes_per_vertex: self.bytes_per_vertex(), ..NewJob::of(Self::NAME, payload) }
     }
 }
 
@@ -74,7 +77,7 @@ impl Kind {
 
 fn run<T: Task>(lease: &Lease, bench: &Bench, progress: &Progress) -> Outcome {
     let task: T = serde_json::from_str(&lease.payload).map_err(|error| Failure::internal(error, false))?;
-    let outcome = task.run(&lease.job.id, bench, progress)?;
+    let outcome = task.run(&lease.job.id, &bench.of(&lease.job), progress)?;
     let mut writing = Writing::new(|| progress.going());
     match serde_json::to_writer(&mut writing, &outcome) {
         Ok(()) => Ok(writing.bytes.into()),

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use metrics::{describe_histogram, histogram};
 
-use super::{Bench, Failure, Progress, Task};
+use super::{Bench, Failure, Progress, Task, memory};
 use crate::pipeline::outcome::MatchResult;
+use crate::pipeline::settings::upsampled;
 use crate::pipeline::{self, Settings, Stage, Surroundings, TOTAL};
 
 const STAGE_SECONDS: &str = "sketchmatch_stage_seconds";
@@ -18,6 +19,11 @@ impl Task for Settings {
 
     fn shapes(&self) -> [Option<&str>; 2] {
         [Some(&self.mesh), Some(&self.sketch)]
+    }
+
+    fn bytes_per_vertex(&self) -> usize {
+        let (k, l) = upsampled(self);
+        memory::of_spectrum(k.max(l))
     }
 
     /// The correspondence of the sketch and the mesh.

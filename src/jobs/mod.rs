@@ -7,10 +7,12 @@ pub mod decomposition;
 mod failure;
 mod kind;
 mod matching;
+pub mod memory;
+mod once;
 pub mod posing;
 mod preparations;
 mod progress;
-mod single_flight;
+mod shapes;
 mod spectra;
 mod waiting;
 
@@ -20,6 +22,7 @@ pub use failure::Failure;
 pub use kind::{Kind, Outcome, Task};
 pub use posing::Posing;
 pub use progress::Progress;
+pub use spectra::CachedSpectra;
 
 use crate::pipeline::Settings;
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bench, Failure, Progress, Task};
+use super::{Bench, Failure, Progress, Task, memory};
 use crate::pipeline::outcome::MatchResult;
 use crate::posing::outcome::PoseResult;
 use crate::posing::request::PoseRequest;
@@ -26,6 +26,10 @@ impl Task for Posing {
 
     fn shapes(&self) -> [Option<&str>; 2] {
         [Some(&self.mesh), Some(&self.sketch)]
+    }
+
+    fn bytes_per_vertex(&self) -> usize {
+        memory::of_pose()
     }
 
     fn run(self, id: &str, bench: &Bench, progress: &Progress) -> Result<PoseResult, Failure> {

@@ -2,26 +2,32 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::single_flight::SingleFlight;
+use super::once::once;
+use super::shapes::Shapes;
 use super::waiting::awaited;
 use crate::mesh::TriangleMesh;
-use crate::numerics::block_lanczos::EigenError;
 use crate::numerics::{Cancelled, Watch};
 use crate::pipeline;
 use crate::spectral::{self, Boundary, SpectralError, Spectrum};
 use crate::store::{SpectrumKey, Store};
 
-/// Spectra out of the store, computed and kept where they are not there yet; each by one job at a time.
+/// Spectra out of the store, computed and kept where they are not there yet; each by one job of all nodes.
 pub struct CachedSpectra {
     store: Store,
     runtime: Handle,
-    flights: SingleFlight<SpectrumKey>,
+    /// Those of the job it is for.
+    shapes: Shapes,
 }
 
 impl CachedSpectra {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> CachedSpectra {
-        CachedSpectra { store, runtime: Handle::current(), flights: SingleFlight::new() }
+        CachedSpectra { store, runtime: Handle::current(), shapes: Shapes::default() }
+    }
+
+    /// The same for a job of these shapes, out of the store of its tenant.
+    pub fn of(&self, store: Store, shapes: Shapes) -> CachedSpectra {
+        CachedSpectra { store, runtime: self.runtime.clone(), shapes }
     }
 
     /// A cache that fails costs time, not the answer.
@@ -31,10 +37,16 @@ impl CachedSpectra {
     }
 
     /// Keeps a spectrum, which is carried through where nobody waits for it any more.
-    fn keep(&self, key: SpectrumKey, spectrum: Arc<Spectrum>, watch: &dyn Watch) -> Result<(), Cancelled> {
+    fn keep(
+        &self,
+        key: SpectrumKey,
+        spectrum: Arc<Spectrum>,
+        shape: Option<String>,
+        watch: &dyn Watch,
+    ) -> Result<(), Cancelled> {
         let store = self.store.clone();
         let kept = self.runtime.spawn(async move {
-            if let Err(error) = store.put_spectrum(&key, spectrum).await {
+            if let Err(error) = store.put_spectrum(&key, spectrum, shape.as_deref()).await {
                 tracing::warn!(%error, "a spectrum cannot be kept");
             }
         });
@@ -51,12 +63,12 @@ impl pipeline::Spectra for CachedSpectra {
         watch: &dyn Watch,
     ) -> Result<Arc<Spectrum>, SpectralError> {
         let key = SpectrumKey { shape_hash: mesh.content_hash(), boundary };
-        let _flight = self.flights.board(key, watch).map_err(EigenError::from)?;
-        if let Some(spectrum) = self.cached(&key, k, watch).map_err(EigenError::from)? {
-            return Ok(Arc::new(spectrum));
-        }
-        let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
-        self.keep(key, spectrum.clone(), watch).map_err(EigenError::from)?;
-        Ok(spectrum)
+        let cached = || Ok(self.cached(&key, k, watch)?.map(Arc::new));
+        let compute = || {
+            let spectrum = Arc::new(spectral::spectrum(mesh, k, boundary, watch)?);
+            self.keep(key, spectrum.clone(), self.shapes.of(mesh).map(str::to_owned), watch)?;
+            Ok(spectrum)
+        };
+        once((&self.store, &self.runtime), &self.store.spectrum_name(&key, k), watch, cached, compute)
     }
 }

@@ -83,6 +83,14 @@ impl Colour {
         format!("#{r:02x}{g:02x}{b:02x}")
     }
 
+    /// The colour that a picture stores as these amounts of red, green and blue in sRGB, each in `[0, 1]`.
+    pub fn of_srgb(rgb: [f64; 3]) -> Colour {
+        Colour(rgb.map(|x| {
+            let x = x.clamp(0.0, 1.0);
+            if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+        }))
+    }
+
     fn clamped(rgb: [f64; 3]) -> Colour {
         Colour(rgb.map(|x| x.clamp(0.0, 1.0)))
     }
@@ -98,6 +106,12 @@ fn linear([lightness, a, b]: [f64; 3]) -> [f64; 3] {
         -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
         -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s,
     ]
+}
+
+/// From blue at −1 over white at 0 to red at 1.
+pub fn diverging(value: f64) -> Colour {
+    let end = if value < 0.0 { Colour::of(0.48, 0.16, 0.71) } else { Colour::of(0.48, 0.18, 0.07) };
+    Colour::WHITE.mixed(end, value.abs().min(1.0))
 }
 
 /// How different two colours look; 0.02 is about the least that is noticed.

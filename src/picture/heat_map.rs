@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use image::ImageError;
 
-use super::colour::Colour;
+use super::colour::{Colour, diverging};
 use super::png::encoded;
 use super::svg::{document, embedded};
 
@@ -182,12 +182,6 @@ fn inside(pixel: u32, start: u32, size: u32) -> Option<Place> {
 
 fn frame() -> Colour {
     Colour::grey(0.4)
-}
-
-/// From blue at −1 over white at 0 to red at 1.
-fn diverging(value: f64) -> Colour {
-    let end = if value < 0.0 { Colour::of(0.48, 0.16, 0.71) } else { Colour::of(0.48, 0.18, 0.07) };
-    Colour::WHITE.mixed(end, value.abs().min(1.0))
 }
 
 #[cfg(test)]

@@ -10,7 +10,10 @@ mod figure;
 mod fixtures;
 mod glb;
 pub mod heat_map;
+mod lettering;
+pub mod paint;
 mod palette;
+pub mod plot;
 mod png;
 mod portrait;
 mod raster;
@@ -30,6 +33,7 @@ use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::refusal::Refusal;
 use crate::sketch::Sketch;
 use colour::Colour;
+use paint::Paint;
 use scene::Scene;
 
 /// The widths of pictures in pixels, and that of the picture of a match where nobody asks for another. It is up to two
@@ -156,6 +160,23 @@ pub enum PoseUnseen {
 /// What the encoder reports.
 pub fn glb(pair: &Matched<'_>, file: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
     glb::file(file, &scene::colours(pair).1, &[])
+}
+
+/// The mesh of the file in these colours of its vertices, as [`glb`].
+///
+/// # Errors
+/// What the encoder reports: the file would be larger than 4 GiB.
+pub fn painted_glb(mesh: &FileMesh, paint: &Paint<'_>) -> Result<Vec<u8>, gltf::Error> {
+    glb::file(mesh, &paint.on(mesh), &[])
+}
+
+/// The mesh as [`mesh_png`] in these colours; a flat one is seen from above.
+///
+/// # Errors
+/// What the PNG encoder reports.
+pub fn painted_png(mesh: &FileMesh, paint: &Paint<'_>, width: u32) -> Result<Vec<u8>, ImageError> {
+    let (height, figure) = portrait::painted(mesh.sound(), paint.on(mesh), width);
+    png::encoded(width, height, png::pixels(width, height, &[figure]))
 }
 
 /// The mesh alone, in white, as [`glb`].

@@ -4,17 +4,23 @@
 use faer::{Mat, MatRef};
 
 use super::regions::Correspondence;
-use super::request::{Columns, SpectralScale};
-use super::settings::Descriptors;
-use crate::descriptors::projection::{RegionProjection, projections};
+use super::request::{Columns, FunctionPair, SpectralScale};
+use super::settings::{Descriptors, Heat, Settings, Wave};
+use crate::descriptors::projection::{RegionProjection, at_points, projections};
 use crate::descriptors::{first_positive, heat_kernel, wave_kernel};
 use crate::functional_map::MapError;
+use crate::functional_map::permutation::Unordered;
 use crate::functional_map::problem::Problem;
+use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
+use crate::regions::Regions;
 use crate::spectral::Spectrum;
 
 /// Times at which the heat of a landmark is compared.
 const LANDMARK_TIMES: usize = 10;
+
+/// Heat and wave components that added terms are made of, at most.
+const COMPONENTS: usize = 8;
 
 /// The factor on the eigenvalues of the mesh, both shapes at area 1, their areas in the files as given.
 pub(super) fn spectral_scale(
@@ -47,45 +53,49 @@ pub(super) struct Points<'a> {
     pub weight: f64,
 }
 
-/// The data term of the corresponding regions and landmarks, for spectra at area 1; `scaled` are the eigenvalues of the
-/// mesh as descriptors see them. Landmarks are pairs of vertices.
-pub(super) fn problem(
-    descriptors: &Descriptors,
-    [sketch, mesh]: [&Spectrum; 2],
-    scaled: &[f64],
-    regions: &Correspondence,
-    landmarks: &[[usize; 2]],
-    points: Option<Points<'_>>,
+/// What corresponding functions are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Constraints<'a> {
+    pub descriptors: &'a Descriptors,
+    /// Of sketch and mesh, at area 1.
+    pub spectra: [&'a Spectrum; 2],
+    /// The eigenvalues of the mesh as descriptors see them.
+    pub scaled: &'a [f64],
+    pub regions: &'a Correspondence,
+    /// Pairs of vertices.
+    pub landmarks: &'a [[usize; 2]],
+    /// Functions of the user's own at the vertices of the sketch (m × q) and of the figure (n × q).
+    pub functions: Option<&'a [Mat<f64>; 2]>,
+    pub points: Option<Points<'a>>,
+}
+
+/// The data term of the corresponding functions.
+pub(super) fn problem(constraints: &Constraints<'_>, watch: &dyn Watch) -> Result<Problem, MapError> {
+    let [sketch, mesh] = constraints.spectra;
+    let mut problem = Problem::unconstrained(mesh.len(), sketch.len());
+    each(constraints, &mut |a, b| problem.constrain(a.as_ref(), b.as_ref()), watch)?;
+    Ok(problem)
+}
+
+/// Hands on the coefficients of corresponding functions, blocks of A (k × p) and B (l × p) in the order of their columns.
+pub(super) fn each(
+    &Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, landmarks, functions, points }: &Constraints<
+        '_,
+    >,
+    hand_on: &mut dyn FnMut(Mat<f64>, Mat<f64>) -> Result<(), MapError>,
     watch: &dyn Watch,
-) -> Result<Problem, MapError> {
+) -> Result<(), MapError> {
     let common = sketch.eigenvalues.as_slice();
-    let times = match descriptors.hks.times {
-        Some(range) => heat_kernel::times_between(range, descriptors.hks.count),
-        None => heat_kernel::times(common, descriptors.hks.count),
-    };
-    // Heat is compared at the same times, waves at energies of the same rank in either spectrum.
-    let ranks = common.len().min(scaled.len());
-    let bands = [common, scaled].map(|eigenvalues| first_positive(&eigenvalues[..ranks]));
-    let waves = if bands.contains(&None) { 0 } else { descriptors.wks.count };
-    let filters = |eigenvalues: &[f64]| {
-        let energies = wave_kernel::energies(&eigenvalues[..ranks], waves, descriptors.wks.variance);
-        [heat_kernel::filters(eigenvalues, &times), wave_kernel::filters(eigenvalues, &energies)]
-    };
-    let (sketch_filters, mesh_filters) = (filters(common), filters(scaled));
+    let [sketch_filters, mesh_filters] = filters(descriptors, common, scaled);
     let (on_sketch, on_mesh) = (projections(sketch, &regions.sketch, watch)?, projections(mesh, &regions.mesh, watch)?);
 
-    let mut problem = Problem::unconstrained(mesh.len(), sketch.len());
     let mut constrain = |a: Mat<f64>, b: Mat<f64>| match descriptors.columns {
-        Columns::Unit => problem.constrain(unit_columns(a).as_ref(), unit_columns(b).as_ref()),
-        Columns::Raw => problem.constrain(a.as_ref(), b.as_ref()),
+        Columns::Unit => hand_on(unit_columns(a), unit_columns(b)),
+        Columns::Raw => hand_on(a, b),
     };
     for pair in &regions.pairs {
-        let columns = |region: &RegionProjection, filters: &[Mat<f64>; 2]| {
-            let indicator = Mat::from_fn(region.indicator.len(), 1, |i, _| region.indicator[i]);
-            [indicator, &region.gram * &filters[0], &region.gram * &filters[1]]
-        };
-        let a = columns(&on_sketch[pair.sketch], &sketch_filters);
-        let b = columns(&on_mesh[pair.mesh], &mesh_filters);
+        let a = of_region(&on_sketch[pair.sketch], &sketch_filters);
+        let b = of_region(&on_mesh[pair.mesh], &mesh_filters);
         for (a, b) in a.into_iter().zip(b) {
             constrain(a, b)?;
         }
@@ -98,14 +108,125 @@ pub(super) fn problem(
         };
         constrain(heat(sketch, common, x), heat(mesh, scaled, y))?;
     }
+    if let Some([on_sketch, on_mesh]) = functions {
+        constrain(coefficients(sketch, on_sketch), coefficients(mesh, on_mesh))?;
+    }
     if let Some(Points { map, weight }) = points {
         // A unit mass at x goes to a unit mass at T(x): weight · Σ_x m(x) ‖C φ(x) − ψ(T(x))‖².
         let root = |x: usize| (weight * sketch.mass[x]).sqrt();
         let a = Mat::from_fn(sketch.len(), map.len(), |i, x| root(x) * sketch.eigenfunctions[(x, i)]);
         let b = Mat::from_fn(mesh.len(), map.len(), |i, x| root(x) * mesh.eigenfunctions[(map[x] as usize, i)]);
-        problem.constrain(a.as_ref(), b.as_ref())?;
+        hand_on(a, b)?;
     }
-    Ok(problem)
+    Ok(())
+}
+
+/// The filters of heat and wave components on the eigenvalues of the sketch and on those of the mesh.
+fn filters(descriptors: &Descriptors, common: &[f64], scaled: &[f64]) -> [[Mat<f64>; 2]; 2] {
+    let times = match descriptors.hks.times {
+        Some(range) => heat_kernel::times_between(range, descriptors.hks.count),
+        None => heat_kernel::times(common, descriptors.hks.count),
+    };
+    // Heat is compared at the same times, waves at energies of the same rank in either spectrum.
+    let ranks = common.len().min(scaled.len());
+    let bands = [common, scaled].map(|eigenvalues| first_positive(&eigenvalues[..ranks]));
+    let waves = if bands.contains(&None) { 0 } else { descriptors.wks.count };
+    [common, scaled].map(|eigenvalues| {
+        let energies = wave_kernel::energies(&eigenvalues[..ranks], waves, descriptors.wks.variance);
+        [heat_kernel::filters(eigenvalues, &times), wave_kernel::filters(eigenvalues, &energies)]
+    })
+}
+
+/// The coefficients of a region's indicator and of the heat and wave components within it.
+fn of_region(region: &RegionProjection, filters: &[Mat<f64>; 2]) -> [Mat<f64>; 3] {
+    let indicator = Mat::from_fn(region.indicator.len(), 1, |i, _| region.indicator[i]);
+    [indicator, &region.gram * &filters[0], &region.gram * &filters[1]]
+}
+
+/// What is known without the order of the regions, and the functions of every region of both shapes.
+///
+/// # Errors
+/// As [`problem`].
+pub(super) fn unordered(constraints: &Constraints<'_>, watch: &dyn Watch) -> Result<Unordered, MapError> {
+    let Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, .. } = *constraints;
+    let none = Correspondence { pairs: Vec::new(), ..regions.clone() };
+    let known = problem(&Constraints { regions: &none, ..*constraints }, watch)?;
+    let [of_sketch, of_mesh] = filters(descriptors, &sketch.eigenvalues, scaled);
+    let blocks = |spectrum: &Spectrum, regions: &Regions, filters: &[Mat<f64>; 2]| {
+        let projections = projections(spectrum, regions, watch)?;
+        let block = |region: &RegionProjection| {
+            let columns = of_region(region, filters);
+            let scaled = columns.map(|columns| match descriptors.columns {
+                Columns::Unit => unit_columns(columns),
+                Columns::Raw => columns,
+            });
+            let widths = scaled.each_ref().map(Mat::ncols);
+            Mat::from_fn(spectrum.len(), widths.iter().sum(), |i, j| match j {
+                j if j < widths[0] => scaled[0][(i, j)],
+                j if j < widths[0] + widths[1] => scaled[1][(i, j - widths[0])],
+                j => scaled[2][(i, j - widths[0] - widths[1])],
+            })
+        };
+        Ok::<_, MapError>(projections.iter().map(block).collect())
+    };
+    Ok(Unordered {
+        known,
+        sketch: blocks(sketch, &regions.sketch, &of_sketch)?,
+        mesh: blocks(mesh, &regions.mesh, &of_mesh)?,
+    })
+}
+
+/// Functions that correspond, at the vertices of both shapes: the indicators of paired regions and some heat and wave components,
+/// each in units of its root mean square.
+pub(super) fn at_vertices(constraints: &Constraints<'_>) -> [Mat<f64>; 2] {
+    let Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, .. } = *constraints;
+    let few = Descriptors {
+        hks: Heat { count: descriptors.hks.count.min(COMPONENTS), ..descriptors.hks },
+        wks: Wave { count: descriptors.wks.count.min(COMPONENTS), ..descriptors.wks },
+        ..*descriptors
+    };
+    let [of_sketch, of_mesh] = filters(&few, &sketch.eigenvalues, scaled);
+    let of_shape = |spectrum: &Spectrum, labels: &Regions, numbers: Vec<usize>, [heat, wave]: &[Mat<f64>; 2]| {
+        let kernels = [heat, wave].map(|filters| at_points(spectrum, filters.as_ref()));
+        let within = |x: usize, region: usize| if labels.region(x) == Some(region) { 1.0 } else { 0.0 };
+        let widths = [numbers.len(), heat.ncols(), wave.ncols()];
+        let mut functions = Mat::from_fn(spectrum.vertices(), widths.iter().sum(), |x, j| match j {
+            j if j < widths[0] => within(x, numbers[j]),
+            j if j < widths[0] + widths[1] => kernels[0][(x, j - widths[0])],
+            j => kernels[1][(x, j - widths[0] - widths[1])],
+        });
+        for j in 0..functions.ncols() {
+            let squares: f64 = functions.col(j).iter().zip(&spectrum.mass).map(|(f, mass)| mass * f * f).sum();
+            functions.col_mut(j).iter_mut().for_each(|f| *f /= squares.sqrt().max(f64::MIN_POSITIVE));
+        }
+        functions
+    };
+    let pairs = &regions.pairs;
+    [
+        of_shape(sketch, &regions.sketch, pairs.iter().map(|pair| pair.sketch).collect(), &of_sketch),
+        of_shape(mesh, &regions.mesh, pairs.iter().map(|pair| pair.mesh).collect(), &of_mesh),
+    ]
+}
+
+/// How many corresponding functions there are of so many pairs of regions and points.
+pub(super) fn count(settings: &Settings, pairs: usize, points: usize) -> usize {
+    let Settings { descriptors, landmarks, functions, .. } = settings;
+    let of_region = 1 + descriptors.hks.count + descriptors.wks.count;
+    pairs * of_region + landmarks.len() * LANDMARK_TIMES + functions.len() + points
+}
+
+/// Φᵀ M f of functions at the vertices.
+fn coefficients(spectrum: &Spectrum, functions: &Mat<f64>) -> Mat<f64> {
+    let weighed = Mat::from_fn(functions.nrows(), functions.ncols(), |x, f| spectrum.mass[x] * functions[(x, f)]);
+    spectrum.eigenfunctions.transpose() * weighed
+}
+
+/// The functions of the user's own at the vertices of both shapes; none where there are none.
+pub(super) fn given(functions: &[FunctionPair], figure: &Figure) -> Option<[Mat<f64>; 2]> {
+    let first = functions.first()?;
+    let sketch = Mat::from_fn(first.sketch.len(), functions.len(), |x, f| functions[f].sketch[x]);
+    let at = |y: usize, f: usize| functions[f].mesh[figure.vertices[y] as usize];
+    Some([sketch, Mat::from_fn(figure.vertices.len(), functions.len(), at)])
 }
 
 /// Every column to Euclidean norm 1; a column of zeros stays.

@@ -9,6 +9,7 @@ use crate::mesh::connectivity::{Components, components};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::parts::figures;
+use crate::numerics::Unwatched;
 use crate::sketch::Sketch;
 
 /// The part of the mesh that is matched, with what is known of it already.
@@ -66,6 +67,18 @@ impl Chosen {
     fn score(&self) -> f64 {
         self.aligned.as_ref().map_or(0.0, |aligned| aligned.alignment.score)
     }
+}
+
+/// The part of the mesh that a match was of, by the settings its result tells.
+///
+/// # Errors
+/// [`MatchError::Faults`] where the mesh has no such part, which no result tells.
+pub fn matched(mesh: &FileMesh, settings: &Settings) -> Result<Figure, MatchError> {
+    let components = components(mesh.sound());
+    let sets = candidates(settings, mesh, &components).map_err(MatchError::Faults)?;
+    let set = &sets[0];
+    let figure = Figure::of_components(mesh, &components, set, &Unwatched)?;
+    figure.ok_or_else(|| MatchError::Faults(vec![nothing_around(set)]))
 }
 
 fn nothing_around(set: &[usize]) -> Fault {

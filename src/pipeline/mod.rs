@@ -3,10 +3,13 @@
 //! Both shapes are scaled to area 1 here; what comes back is in the units and the numbering of the user's files.
 
 mod aligned;
+mod bases;
 mod computing;
 mod constraints;
 mod figure;
+mod inside;
 mod landmarks;
+mod map;
 pub mod outcome;
 mod regions;
 pub mod request;
@@ -26,8 +29,11 @@ use crate::numerics::{Cancelled, Watch};
 use crate::spectral::{Boundary, SpectralError, Spectrum};
 use outcome::MatchResult;
 
+pub use bases::Bases;
 pub use computing::Computing;
 pub use figure::faults_on_shapes;
+pub use inside::{Inside, functions};
+pub use regions::segmented;
 pub use run::run;
 pub use settings::{Settings, check};
 pub use stages::{Stage, TOTAL};

@@ -9,7 +9,7 @@ use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::Watch;
+use crate::numerics::{Cancelled, Watch};
 use crate::regions::graph::RegionGraph;
 use crate::regions::pairing::{RegionPair, pair};
 use crate::regions::{Regions, consensus};
@@ -26,6 +26,7 @@ const COMPONENTS: usize = 8;
 const VARIANCE: f64 = 1.5;
 
 /// Segmentations of both shapes, the mesh's over the vertices of its figure, and their pairs.
+#[derive(Clone)]
 pub(super) struct Correspondence {
     pub sketch: Regions,
     pub mesh: Regions,
@@ -103,8 +104,16 @@ fn carried(sketch: &Regions, mesh: &TriangleMesh, aligned: &Aligned, watch: &dyn
 }
 
 fn segmentation(shape: Shape<'_>, count: usize, watch: &dyn Watch) -> Result<Regions, MatchError> {
-    let signature = global_point_signature::signature(shape.spectrum, SIGNATURE);
-    Ok(consensus::segment(signature.as_ref(), &shape.spectrum.mass, count, watch)?)
+    Ok(segmented(shape.spectrum, count, watch)?)
+}
+
+/// At most `count` regions of a shape of this spectrum at area 1, as a match finds them.
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub fn segmented(spectrum: &Spectrum, count: usize, watch: &dyn Watch) -> Result<Regions, Cancelled> {
+    let signature = global_point_signature::signature(spectrum, SIGNATURE);
+    consensus::segment(signature.as_ref(), &spectrum.mass, count, watch)
 }
 
 /// The labels of the request, those of the mesh brought to its figure; equal labels correspond.

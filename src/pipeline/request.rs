@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 use utoipa::openapi::Ref;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Type};
 
-use crate::functional_map::{regulariser::Regulariser, weights::Weights};
+use crate::functional_map::{regulariser::Regulariser, term::Term, weights::Weights};
 use crate::regions::MAX_REGIONS;
 use crate::spectral::Boundary;
 
@@ -40,14 +40,56 @@ pub struct MatchRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 1000)]
     pub landmarks: Option<Vec<Landmark>>,
+    /// Functions of one's own that correspond, beside those that are made here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 1000)]
+    pub functions: Option<Vec<FunctionPair>>,
+    /// A map of one's own, which is taken instead of the minimiser and converted and refined as others are; no alignment is
+    /// sought unless one is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub given_map: Option<GivenMap>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights: Option<Weights>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub regulariser: Option<Regulariser>,
+    /// Quadratic terms beside the data, as `GET /v1/terms` lists them; none where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 8)]
+    pub terms: Option<Vec<Term>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conversion: Option<Conversion>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<Refinement>,
+}
+
+/// A functional map that is known already.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum GivenMap {
+    /// C by rows, `k_mesh` × `k`, between the bases at area 1 as spectra have them.
+    C {
+        #[schema(schema_with = matrix_schema)]
+        rows: Vec<Vec<f64>>,
+    },
+    /// A vertex of the mesh for every vertex of the sketch, of which C is made.
+    Points { mesh_vertices: Vec<u32> },
+}
+
+/// A function of the sketch and the one of the mesh that it corresponds to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FunctionPair {
+    /// A number for every vertex of the sketch.
+    pub sketch: Vec<f64>,
+    /// One for every vertex of the user's mesh file.
+    pub mesh: Vec<f64>,
+}
+
+/// The schema of a matrix by rows.
+fn matrix_schema() -> ArrayBuilder {
+    let entry = ObjectBuilder::new().schema_type(Type::Number);
+    let row = ArrayBuilder::new().items(entry).min_items(Some(1)).max_items(Some(500));
+    ArrayBuilder::new().items(row).min_items(Some(1)).max_items(Some(500))
 }
 
 /// The schema of an id or a drawing: the service takes the drawing apart before it reads the request.
@@ -157,6 +199,42 @@ pub struct BasisRequest {
     pub k_mesh: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub boundary: Option<Boundary>,
+    /// Whether the bases of both shapes are turned until they go together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coupling: Option<Coupling>,
+}
+
+/// How the bases of both shapes are made to go together; C is answered between the eigenfunctions all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Coupling {
+    /// They are the eigenfunctions.
+    None {},
+    /// They are turned so that both Laplacians stay nearly diagonal and corresponding functions have nearly equal coefficients;
+    /// needs as many eigenfunctions of either shape.
+    JointDiagonalisation {
+        /// Weight of the functions against the Laplacians.
+        #[serde(default = "Coupling::weight")]
+        #[schema(exclusive_minimum = 0, maximum = 1_000_000, default = 1.0)]
+        weight: f64,
+    },
+}
+
+impl Default for Coupling {
+    fn default() -> Coupling {
+        Coupling::None {}
+    }
+}
+
+impl Coupling {
+    fn weight() -> f64 {
+        1.0
+    }
+
+    /// Whether the bases are the eigenfunctions.
+    pub fn is_none(&self) -> bool {
+        *self == Coupling::None {}
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -292,7 +370,26 @@ pub enum Refinement {
     Zoomout {
         #[schema(minimum = 1, maximum = 500)]
         k: usize,
+        #[serde(default, skip_serializing_if = "Within::is_mesh")]
+        within: Within,
     },
+}
+
+/// Where points are looked for while a map is refined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Within {
+    /// On all of the mesh.
+    #[default]
+    Mesh,
+    /// On the part that the sketch shows: the side that is seen where an alignment says so, else what is in a region.
+    Part,
+}
+
+impl Within {
+    fn is_mesh(&self) -> bool {
+        *self == Within::Mesh
+    }
 }
 
 fn ten() -> usize {

@@ -5,19 +5,17 @@ use std::sync::Arc;
 use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
-use super::constraints::{Points as AlignedPoints, problem, spectral_scale};
+use super::constraints::{Constraints, Points as AlignedPoints, given, spectral_scale};
 use super::figure::Chosen;
-use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, Rating, Solver};
+use super::map::{Energy, Mapped};
+use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
-use super::request::{Alignment, Conversion, Refinement};
+use super::request::{Alignment, Conversion, GivenMap, Refinement, Within};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
-use super::{MatchError, Surroundings};
+use super::{Fault, MatchError, Surroundings};
 use crate::alignment::Place;
-use crate::correspondence::{confidence, icp, points, zoomout};
-use crate::functional_map::problem::least_squares;
-use crate::functional_map::solve::solve;
-use crate::functional_map::weights::weights;
+use crate::correspondence::{confidence, functional_map, icp, points, zoomout};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::numerics::Watch;
@@ -104,22 +102,26 @@ impl<'a> Matching<'a> {
             let [flat, solid] = [flat, solid].map(|(mesh, spectrum)| Shape { mesh, spectrum });
             regions::Correspondence::find(settings, flat, solid, (mesh, figure), aligned, &scaled, watch)
         })?;
-        let problem = stages.run(Stage::Descriptors, |watch| {
-            let points = aligned.zip(weight(&settings.alignment));
-            let points = points.map(|(aligned, weight)| AlignedPoints { map: &aligned.alignment.map, weight });
-            problem(&settings.descriptors, [phi, psi], &scaled, &regions, landmarks, points, watch)
-                .map_err(MatchError::from)
-        })?;
-        let (start, w, solution) = stages.run(Stage::Map, |watch| {
-            let start = least_squares(&problem)?;
-            let w = weights(&settings.weights, start.as_ref(), &phi.eigenvalues, &scaled);
-            let solution = solve(&problem, &settings.regulariser, &w, start.clone(), watch)?;
-            Ok::<_, MatchError>((start, w, solution))
-        })?;
+        let laid = aligned.zip(weight(&settings.alignment));
+        let functions = given(&settings.functions, figure);
+        let own = own_map(settings, bases, figure)?;
+        let constraints = Constraints {
+            descriptors: &settings.descriptors,
+            spectra: [phi, psi],
+            scaled: &scaled,
+            regions: &regions,
+            landmarks,
+            functions: functions.as_ref(),
+            points: laid.map(|(aligned, weight)| AlignedPoints { map: &aligned.alignment.map, weight }),
+        };
+        let meshes = [sketch.mesh(), &figure.mesh];
+        let energy = stages.run(Stage::Descriptors, |watch| Energy::of(settings, &constraints, meshes, watch))?;
+        let Mapped { start, weights: w, solution, pairs } =
+            stages.run(Stage::Map, |watch| energy.minimiser(settings, &constraints, own, watch))?;
         let mut points = stages.run(Stage::Points, |watch| {
             let sizes = upsampled(settings);
             let longer = (sizes != (settings.basis.k, settings.basis.k_mesh)).then(|| at_unit_area(full, sizes.into()));
-            points(settings, sketch, longer.as_ref().unwrap_or(bases), aligned, solution.c, watch)
+            points(settings, sketch, longer.as_ref().unwrap_or(bases), (aligned, &regions), solution.c, watch)
         })?;
         // What the user knows is not traded for anything.
         landmarks.iter().for_each(|&[x, y]| (points.map[x], points.places[x]) = (y as u32, None));
@@ -148,7 +150,7 @@ impl<'a> Matching<'a> {
                 sketch_eigenvalues: phi.eigenvalues.clone(),
                 mesh_eigenvalues: psi.eigenvalues.clone(),
                 spectral_scale: *scale,
-                regions: regions.reported(figure),
+                regions: PairedRegions { pairs: pairs.unwrap_or(regions.pairs.clone()), ..regions.reported(figure) },
                 initial_c: Matrix::from(start.as_ref()),
                 weights: Matrix::from(w.as_ref()),
             },
@@ -159,11 +161,31 @@ impl<'a> Matching<'a> {
 }
 
 /// What the aligned points weigh in the data term, where they are in it.
-fn weight(alignment: &Alignment) -> Option<f64> {
+pub(super) fn weight(alignment: &Alignment) -> Option<f64> {
     match alignment {
         Alignment::View { weight } => Some(*weight).filter(|weight| *weight > 0.0),
         Alignment::None {} => None,
     }
+}
+
+/// The C that the user gives, or that of the points given.
+///
+/// # Errors
+/// [`MatchError::Faults`] where a point is not on the figure.
+fn own_map(settings: &Settings, [phi, psi]: &[Spectrum; 2], figure: &Figure) -> Result<Option<Mat<f64>>, MatchError> {
+    let vertices = match &settings.given_map {
+        None => return Ok(None),
+        Some(GivenMap::C { rows }) => return Ok(Some(Mat::from_fn(psi.len(), phi.len(), |i, j| rows[i][j]))),
+        Some(GivenMap::Points { mesh_vertices: vertices }) => vertices,
+    };
+    let on_figure = |(x, &vertex): (usize, &u32)| {
+        let own = figure.at(vertex).map(|own| own as u32);
+        let detail = || format!("vertex {vertex} is not on the part of the mesh that is matched");
+        own.ok_or_else(|| Fault::new(format!("/given_map/mesh_vertices/{x}"), detail()))
+    };
+    let map = vertices.iter().enumerate().map(on_figure).collect::<Result<Vec<u32>, _>>();
+    let map = map.map_err(|fault| MatchError::Faults(vec![fault]))?;
+    Ok(Some(functional_map(phi.eigenfunctions.as_ref(), &phi.mass, psi.eigenfunctions.as_ref(), &map)))
 }
 
 /// The spectra of both shapes, as long as refinement needs them, in the units of their files.
@@ -200,12 +222,20 @@ struct Points {
     confidence: Vec<f64>,
 }
 
+/// The vertices of the mesh that the sketch shows, of n: those seen where an alignment says so, else those in a region; none where that
+/// is all or nothing.
+fn shown(aligned: Option<&Aligned>, regions: &regions::Correspondence, n: usize) -> Option<Vec<u32>> {
+    let seen = aligned.map(|aligned| aligned.visible.clone()).filter(|seen| seen.len() < n);
+    let in_region = || (0..n as u32).filter(|&v| regions.mesh.region(v as usize).is_some()).collect::<Vec<u32>>();
+    Some(seen.unwrap_or_else(in_region)).filter(|part| !part.is_empty() && part.len() < n)
+}
+
 /// The points of the map C, refined to these bases at area 1.
 fn points(
     settings: &Settings,
     sketch: &Sketch,
     [phi, psi]: &[Spectrum; 2],
-    aligned: Option<&Aligned>,
+    (aligned, regions): (Option<&Aligned>, &regions::Correspondence),
     c: Mat<f64>,
     watch: &dyn Watch,
 ) -> Result<Points, MatchError> {
@@ -214,7 +244,13 @@ fn points(
     let c = match settings.refinement {
         Refinement::None {} => c,
         Refinement::Icp { iterations } => icp::refined(c, basis, mass, target, iterations, watch)?,
-        Refinement::Zoomout { .. } => zoomout::refined(c, basis, mass, target, watch)?,
+        Refinement::Zoomout { within, .. } => {
+            let part = match within {
+                Within::Mesh => None,
+                Within::Part => shown(aligned, regions, target.nrows()),
+            };
+            zoomout::refined(c, basis, mass, target, part.as_deref(), watch)?
+        }
     };
     if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, aligned) {
         let (places, confidence) = (alignment.places.clone(), alignment.confidence.clone());

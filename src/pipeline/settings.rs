@@ -5,10 +5,11 @@ use utoipa::ToSchema;
 
 use super::Fault;
 use super::request::{
-    Alignment, Columns, Conversion, Direction, Landmark, MatchRequest, Part, Preset, Refinement, Regions,
-    SpectralScale, Ups,
+    Alignment, Columns, Conversion, Coupling, Direction, FunctionPair, GivenMap, Landmark, MatchRequest, Part, Preset,
+    Refinement, Regions, SpectralScale, Ups,
 };
 use crate::functional_map::regulariser::{L1, Regulariser};
+use crate::functional_map::term::Term;
 use crate::functional_map::weights::{self, Weights};
 use crate::regions::{LabelOutOfRange, MAX_REGIONS};
 use crate::spectral::Boundary;
@@ -22,6 +23,8 @@ const VARIANCES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// The most components of a mesh that a request names.
 const MAX_COMPONENTS_NAMED: usize = 10_000;
 const MAX_ICP: usize = 200;
+const MAX_TERMS: usize = 8;
+const MAX_FUNCTIONS: usize = 1000;
 
 /// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -42,8 +45,14 @@ pub struct Settings {
     pub descriptors: Descriptors,
     pub regions: Regions,
     pub landmarks: Vec<Landmark>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub functions: Vec<FunctionPair>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub given_map: Option<GivenMap>,
     pub weights: Weights,
     pub regulariser: Regulariser,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<Term>,
     pub conversion: Conversion,
     pub refinement: Refinement,
 }
@@ -55,6 +64,8 @@ pub struct Basis {
     pub k: usize,
     pub k_mesh: usize,
     pub boundary: Boundary,
+    #[serde(default, skip_serializing_if = "Coupling::is_none")]
+    pub coupling: Coupling,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -94,7 +105,7 @@ impl Settings {
             part: Part::Whole,
             alignment: Alignment::None {},
             up: Ups::default(),
-            basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann },
+            basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann, coupling: Coupling::None {} },
             descriptors: Descriptors {
                 hks: Heat { count: 100, times: None },
                 wks: Wave { count: 100, variance: 6.0 },
@@ -103,8 +114,11 @@ impl Settings {
             },
             regions: Regions::Auto { count: 7 },
             landmarks: Vec::new(),
+            functions: Vec::new(),
+            given_map: None,
             weights: Weights::Cosamp { sparsity: 0.8, power: 1.2 },
             regulariser: Regulariser::L1(L1::default()),
+            terms: Vec::new(),
             conversion: Conversion::Indicator {},
             refinement: Refinement::None {},
         };
@@ -127,10 +141,18 @@ impl Settings {
     pub fn resolve(request: &MatchRequest) -> Result<Settings, Vec<Fault>> {
         let preset = request.preset.unwrap_or_default();
         let mut settings = Settings::preset(preset, request.mesh.clone(), request.sketch.clone());
+        if let Some(given) = &request.given_map {
+            settings.alignment = Alignment::None {};
+            if let GivenMap::C { rows } = given {
+                settings.basis.k_mesh = rows.len();
+                settings.basis.k = rows.first().map_or(0, Vec::len);
+            }
+        }
         if let Some(basis) = &request.basis {
             settings.basis.k = basis.k.unwrap_or(settings.basis.k);
             settings.basis.k_mesh = basis.k_mesh.or(basis.k).unwrap_or(settings.basis.k_mesh);
             settings.basis.boundary = basis.boundary.unwrap_or(settings.basis.boundary);
+            settings.basis.coupling = basis.coupling.unwrap_or(settings.basis.coupling);
         }
         if let Some(descriptors) = request.descriptors.clone() {
             let (hks, wks) = (descriptors.hks.unwrap_or_default(), descriptors.wks.unwrap_or_default());
@@ -157,8 +179,11 @@ impl Settings {
         settings.up = request.up.unwrap_or_default();
         settings.regions = request.regions.unwrap_or(settings.regions);
         settings.landmarks = request.landmarks.unwrap_or(settings.landmarks);
+        settings.functions = request.functions.unwrap_or_default();
+        settings.given_map = request.given_map;
         settings.weights = request.weights.unwrap_or(settings.weights);
         settings.regulariser = request.regulariser.unwrap_or(settings.regulariser);
+        settings.terms = request.terms.unwrap_or_default();
         settings.conversion = request.conversion.unwrap_or(settings.conversion);
         settings.refinement = request.refinement.unwrap_or(settings.refinement);
         let faults = settings.faults();
@@ -170,6 +195,17 @@ impl Settings {
         let mut faults = Faults::default();
         faults.range("/basis/k", self.basis.k, 1, MAX_BASIS);
         faults.range("/basis/k_mesh", self.basis.k_mesh, 1, MAX_BASIS);
+        if let Coupling::JointDiagonalisation { weight } = self.basis.coupling {
+            if !(weight > 0.0 && weight <= 1e6) {
+                faults.add("/basis/coupling/weight", format!("must be above 0 and at most 1000000, is {weight:?}"));
+            }
+            if self.basis.k != self.basis.k_mesh {
+                faults.add("/basis/coupling", "needs as many eigenfunctions of either shape: basis.k and basis.k_mesh");
+            }
+            if matches!(self.regulariser, Regulariser::PermutedL1(_)) {
+                faults.add("/basis/coupling", "needs regions in a known order: permuted_l1 has none");
+            }
+        }
         let Descriptors { hks, wks, .. } = &self.descriptors;
         faults.range("/descriptors/hks/count", hks.count, 0, MAX_COMPONENTS);
         if let Some([first, last]) = hks.times
@@ -190,11 +226,25 @@ impl Settings {
         if self.landmarks.len() > MAX_LANDMARKS {
             faults.add("/landmarks", format!("must be at most {MAX_LANDMARKS}"));
         }
+        faults.range("/functions", self.functions.len(), 0, MAX_FUNCTIONS);
+        if let Some(GivenMap::C { rows }) = &self.given_map {
+            let Basis { k, k_mesh, .. } = self.basis;
+            if rows.len() != k_mesh || rows.iter().any(|row| row.len() != k) {
+                let detail = format!("must have {k_mesh} rows of {k} numbers, as the bases have eigenfunctions");
+                faults.add("/given_map/rows", detail);
+            }
+        }
         for (field, detail) in weights::faults(&self.weights) {
             faults.add(format!("/weights/{field}"), detail);
         }
         for (field, detail) in self.regulariser.faults() {
             faults.add(format!("/regulariser/{field}"), detail);
+        }
+        faults.range("/terms", self.terms.len(), 0, MAX_TERMS);
+        for (i, term) in self.terms.iter().enumerate() {
+            for (field, detail) in term.faults() {
+                faults.add(format!("/terms/{i}/{field}"), detail);
+            }
         }
         match self.refinement {
             Refinement::None {} => {}
@@ -204,7 +254,7 @@ impl Settings {
                     faults.add("/refinement", "icp needs a square C: basis.k and basis.k_mesh must be equal");
                 }
             }
-            Refinement::Zoomout { k } => {
+            Refinement::Zoomout { k, .. } => {
                 faults.range("/refinement/k", k, self.basis.k.min(MAX_BASIS), MAX_BASIS);
                 let (_, l) = upsampled(self);
                 if l > MAX_BASIS {
@@ -322,6 +372,28 @@ pub fn check(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize) 
             }
         }
     }
+    for (i, pair) in settings.functions.iter().enumerate() {
+        for (name, values, vertices) in [("sketch", &pair.sketch, sketch_vertices), ("mesh", &pair.mesh, mesh_vertices)]
+        {
+            if values.len() != vertices {
+                let detail = format!("must have a number for each of the {vertices} vertices, has {}", values.len());
+                faults.add(format!("/functions/{i}/{name}"), detail);
+            }
+        }
+    }
+    if let Some(GivenMap::Points { mesh_vertices: vertices }) = &settings.given_map {
+        if vertices.len() != sketch_vertices {
+            let detail = format!(
+                "must have one for each of the {sketch_vertices} vertices of the sketch, has {}",
+                vertices.len()
+            );
+            faults.add("/given_map/mesh_vertices", detail);
+        }
+        if let Some(i) = vertices.iter().position(|&vertex| vertex as usize >= mesh_vertices) {
+            let detail = format!("there is no vertex {}, the mesh has {mesh_vertices}", vertices[i]);
+            faults.add(format!("/given_map/mesh_vertices/{i}"), detail);
+        }
+    }
     for (i, landmark) in settings.landmarks.iter().enumerate() {
         if landmark.mesh as usize >= mesh_vertices {
             let detail = format!("there is no vertex {}, the mesh has {mesh_vertices}", landmark.mesh);
@@ -335,7 +407,7 @@ pub fn check(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize) 
 pub fn upsampled(settings: &Settings) -> (usize, usize) {
     let Basis { k, k_mesh, .. } = settings.basis;
     match settings.refinement {
-        Refinement::Zoomout { k: last } => (last, k_mesh.saturating_mul(last).div_ceil(k.max(1))),
+        Refinement::Zoomout { k: last, .. } => (last, k_mesh.saturating_mul(last).div_ceil(k.max(1))),
         _ => (k, k_mesh),
     }
 }

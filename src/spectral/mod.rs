@@ -2,6 +2,7 @@
 
 mod intrinsic;
 pub mod laplacian;
+pub mod rebuilt;
 
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -9,8 +10,8 @@ use sprs::CsMat;
 use utoipa::ToSchema;
 
 use crate::mesh::{TriangleMesh, connectivity};
-use crate::numerics::Watch;
 use crate::numerics::block_lanczos::{self, EigenError, Eigenpairs};
+use crate::numerics::{Cancelled, Watch};
 use laplacian::Lumping;
 
 /// Raised with every change that alters a spectrum: part of the key under which spectra are cached.
@@ -46,6 +47,12 @@ pub enum SpectralError {
     NoMass,
     #[error(transparent)]
     Eigen(#[from] EigenError),
+}
+
+impl From<Cancelled> for SpectralError {
+    fn from(cancelled: Cancelled) -> SpectralError {
+        SpectralError::Eigen(cancelled.into())
+    }
 }
 
 /// The first k eigenpairs of S φ = λ A φ on a connected mesh of n vertices, S the cotangent stiffness and A the lumped

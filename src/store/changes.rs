@@ -5,7 +5,7 @@ use tokio::sync::watch;
 
 use super::{State, Store};
 
-/// Wakes those who wait for a change that this process makes: of the queue, or of one job.
+/// Wakes those who wait for a change: of the queue, or of one job.
 #[derive(Default)]
 pub(super) struct Changes {
     queue: watch::Sender<()>,
@@ -32,6 +32,12 @@ impl Changes {
         }
     }
 
+    /// Wakes all who wait for anything.
+    pub fn tell_of_everything(&self) {
+        self.tell_of_all_jobs();
+        self.tell_of_queue();
+    }
+
     /// Wakes those who wait for work.
     pub fn tell_of_queue(&self) {
         self.queue.send_replace(());
@@ -54,7 +60,7 @@ impl QueueChanges {
     }
 }
 
-/// Changes of one job, by this process.
+/// Changes of one job.
 pub struct JobChanges {
     changes: Arc<Changes>,
     id: String,

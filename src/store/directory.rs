@@ -8,19 +8,19 @@ use super::StoreError;
 /// What every SQLite file begins with.
 const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 
-/// The data directory of a process: made and locked at the start, looked at again later, never made again.
+/// The data directory of a process that has its database there: made and locked at the start, looked at again later, never
+/// made again.
 pub(super) struct Directory {
     path: PathBuf,
     /// Locked until the end, beside `_lock`: whoever takes that file away takes this one away with the data. Never
     /// closed before the database is, for that would end the locks SQLite holds on it.
     database: File,
     _lock: File,
-    blobs: Identity,
 }
 
 /// Which file or directory something is, whatever it is called.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Identity {
+pub(super) struct Identity {
     device: u64,
     number: u64,
 }
@@ -32,29 +32,21 @@ impl From<Metadata> for Identity {
 }
 
 impl Directory {
-    /// The directory at `path`, with an empty database and a folder for blobs where there are none yet.
+    /// The directory at `path`, with an empty database where there is none yet.
     ///
     /// # Errors
-    /// [`StoreError::Locked`] when another process has it open, [`StoreError::Unnamed`] where there are blobs and no
-    /// database, [`StoreError::Directory`] with what the disk said.
+    /// [`StoreError::Locked`] when another process has it open, [`StoreError::Directory`] with what the disk said.
     pub fn open(path: &Path) -> Result<Directory, StoreError> {
-        let blobs = path.join("blobs");
-        let made = DirBuilder::new().recursive(true).mode(0o700).create(&blobs);
-        made.map_err(at(&blobs))?;
+        DirBuilder::new().recursive(true).mode(0o700).create(path).map_err(at(path))?;
         let path = path.canonicalize().map_err(at(path))?;
         let lock_path = path.join("lock");
         let lock_file = File::create(&lock_path).map_err(at(&lock_path))?;
         lock(&lock_file, &lock_path, &path)?;
-        let (database_file, blobs) = (path.join("sketchmatch.db"), path.join("blobs"));
-        let empty = fs::metadata(&database_file).map_or(true, |metadata| metadata.len() == 0);
-        if empty && has_files(&blobs).map_err(at(&blobs))? {
-            return Err(StoreError::Unnamed { data_dir: path });
-        }
+        let database_file = path.join("sketchmatch.db");
         let database = File::options().read(true).write(true).create(true).truncate(false).open(&database_file);
         let database = database.map_err(at(&database_file))?;
         lock(&database, &database_file, &path)?;
-        let blobs = fs::metadata(&blobs).map(Identity::from).map_err(at(&blobs))?;
-        Ok(Directory { path, database, _lock: lock_file, blobs })
+        Ok(Directory { path, database, _lock: lock_file })
     }
 
     pub fn path(&self) -> &Path {
@@ -65,27 +57,12 @@ impl Directory {
         self.path.join("sketchmatch.db")
     }
 
-    pub fn blobs(&self) -> PathBuf {
-        self.path.join("blobs")
-    }
-
-    /// Whether there is any file among the blobs.
+    /// Whether nothing was ever written to the database.
     ///
     /// # Errors
     /// What the disk said.
-    pub fn has_blobs(&self) -> Result<bool, StoreError> {
-        has_files(&self.blobs()).map_err(at(&self.blobs()))
-    }
-
-    /// Ok while the folder of the blobs is the one there was at the start: nothing is to be made in its place.
-    ///
-    /// # Errors
-    /// [`StoreError::Away`].
-    pub fn blobs_present(&self) -> Result<(), StoreError> {
-        if fs::metadata(self.blobs()).is_ok_and(|found| Identity::from(found) == self.blobs) {
-            return Ok(());
-        }
-        Err(StoreError::Away { path: self.blobs() })
+    pub fn database_is_empty(&self) -> Result<bool, StoreError> {
+        Ok(self.database.metadata().map_err(at(&self.database()))?.len() == 0)
     }
 
     /// Ok while the database's file is the one there was at the start and begins as such files do.
@@ -104,15 +81,15 @@ impl Directory {
             _ => Err(StoreError::damaged(path.display().to_string(), "it is no SQLite database any more")),
         }
     }
+}
 
-    /// Bytes that can still be written to the disk.
-    ///
-    /// # Errors
-    /// What the disk said.
-    pub fn free_bytes(&self) -> Result<u64, StoreError> {
-        let disk = rustix::fs::statvfs(&self.path).map_err(|error| at(&self.path)(error.into()))?;
-        Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
-    }
+/// Bytes that can still be written to the disk that `path` is on.
+///
+/// # Errors
+/// What the disk said.
+pub(super) fn free_bytes(path: &Path) -> Result<u64, StoreError> {
+    let disk = rustix::fs::statvfs(path).map_err(|error| at(path)(error.into()))?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
 }
 
 /// Locks a file of the data directory until it is closed.
@@ -127,17 +104,6 @@ fn lock(file: &File, path: &Path, data_dir: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Whether there is a file anywhere under a folder.
-fn has_files(folder: &Path) -> io::Result<bool> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if !entry.file_type()?.is_dir() || has_files(&entry.path())? {
-            return Ok(true);
-        }
-    }
-    Ok(false)
-}
-
-fn at(path: &Path) -> impl Fn(io::Error) -> StoreError {
+pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> StoreError {
     move |source| StoreError::Directory { path: path.to_owned(), source }
 }

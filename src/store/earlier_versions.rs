@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use bytes::Bytes;
 use serde_json::json;
@@ -10,14 +9,17 @@ use sqlx::AnyPool;
 use tempfile::TempDir;
 
 use super::blobs::Blobs;
-use super::directory::Directory;
-use super::testing::open;
-use super::{Kind, Remembered, Source, State, StoreError, database, geometry};
+use super::testing::ALL;
+use super::{BlobUrl, Config, Kind, Remembered, Source, State, Store, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
 
 /// The last migration of the version that named shapes by their geometry and kept no files.
 const BY_GEOMETRY: i64 = 2;
+
+async fn open(directory: &TempDir) -> Store {
+    Store::open(&Config::local(directory.path().join("data"))).await.unwrap()
+}
 
 fn triangle() -> TriangleMesh {
     TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap()
@@ -56,7 +58,7 @@ async fn directory_by_geometry() -> (TempDir, String, String) {
     write(&data, "preparations/hash/1", b"views");
     let database = data.join("sketchmatch.db");
     fs::write(&database, "").unwrap();
-    let pool = database::testing::of_version(&database, BY_GEOMETRY).await;
+    let pool = database::testing::file_of_version(&database, BY_GEOMETRY).await;
     insert_shape(&pool, &mesh.name, "mesh", Some("old"), r#"{"vertices": 3, "triangles": 1}"#).await;
     insert_shape(&pool, &sketch.name, "sketch", None, r#"{"vertices": 3}"#).await;
     let payload = json!({"mesh": mesh.name, "sketch": sketch.name}).to_string();
@@ -74,8 +76,8 @@ fn drawing() -> Sketch {
 #[tokio::test]
 async fn an_upgrade_that_was_cut_off_goes_on() {
     let (directory, mesh, _) = directory_by_geometry().await;
-    let data = Arc::new(Directory::open(&directory.path().join("data")).unwrap());
-    Blobs::local(data).unwrap().seal("results/done/1", |_| true).await.unwrap();
+    let blobs = BlobUrl::Folder(directory.path().join("data/blobs"));
+    Blobs::open(blobs, true).await.unwrap().seal("results/done/1", |_| true).await.unwrap();
     let store = open(&directory).await;
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
     assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));
@@ -84,7 +86,7 @@ async fn an_upgrade_that_was_cut_off_goes_on() {
 #[tokio::test]
 async fn answers_under_a_key_are_remembered_still() {
     let (directory, ..) = directory_by_geometry().await;
-    let pool = database::testing::of_version(&directory.path().join("data/sketchmatch.db"), BY_GEOMETRY).await;
+    let pool = database::testing::file_of_version(&directory.path().join("data/sketchmatch.db"), BY_GEOMETRY).await;
     let sql =
         "INSERT INTO answers (key, route, fingerprint, status, body, expires_ms) VALUES ('k', $1, 'f', $2, $3, $4)";
     for (route, status, expires_ms) in [("POST /b", 202, i64::MAX), ("POST /a", 201, i64::MAX - 1)] {
@@ -114,7 +116,7 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     for cache in ["spectra", "preparations"] {
         assert_eq!(store.blobs.names(cache).await.unwrap(), Vec::<String>::new());
     }
-    let waiting = store.claim(&["match"]).await.unwrap().unwrap();
+    let waiting = store.claim(&["match"], ALL).await.unwrap().unwrap();
     assert_eq!(
         (waiting.job.id.as_str(), waiting.job.kind.as_str(), waiting.job.state),
         ("waits", "match", State::Running)

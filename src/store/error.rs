@@ -12,6 +12,12 @@ pub enum StoreError {
         data_dir.display()
     )]
     Unnamed { data_dir: PathBuf },
+    /// The tables are those of another version of this program, which is running.
+    #[error("the server that has the data directory open is of another version than this program")]
+    OtherVersion,
+    /// Blobs and database were never used together: what one says of the other is not true.
+    #[error("the blobs at {place} are those of another database")]
+    Foreign { place: String },
     /// What was there at the start is not there now.
     #[error("{} is away", path.display())]
     Away { path: PathBuf },
@@ -56,13 +62,13 @@ impl StoreError {
         match self {
             StoreError::Away { .. } => Some(Lack::Means),
             StoreError::Database(error) => of_database(error).or_else(|| of_causes(error)),
-            StoreError::Blob(error) => of_causes(error),
+            StoreError::Blob(error) => of_blobs(error),
             StoreError::Directory { source, .. } => of_system(source),
             _ => None,
         }
     }
 
-    pub(super) fn damaged(what: impl Into<String>, reason: impl ToString) -> StoreError {
+    pub(crate) fn damaged(what: impl Into<String>, reason: impl ToString) -> StoreError {
         StoreError::Damaged { what: what.into(), reason: reason.to_string() }
     }
 }
@@ -72,7 +78,7 @@ impl StoreError {
 pub enum Lack {
     /// Space on the disk.
     Space,
-    /// Descriptors, memory, the directory itself, its turn at the database.
+    /// Descriptors, memory, the directory itself, its turn at the database, the servers of database or blobs.
     Means,
 }
 
@@ -99,21 +105,57 @@ fn of_system(error: &io::Error) -> Option<Lack> {
     }
 }
 
-/// By SQLite's primary result codes, <https://sqlite.org/rescode.html>.
+/// By what a server of blobs said: all it says of itself may be otherwise in a moment, its keys included.
+fn of_blobs(error: &object_store::Error) -> Option<Lack> {
+    use object_store::Error::{Generic, PermissionDenied, Unauthenticated};
+    match error {
+        PermissionDenied { .. } | Unauthenticated { .. } => Some(Lack::Means),
+        Generic { store, .. } if *store == S3 => Some(Lack::Means),
+        _ => of_causes(error),
+    }
+}
+
+/// What `object_store` calls a bucket in its errors.
+const S3: &str = "S3";
+
 fn of_database(error: &sqlx::Error) -> Option<Lack> {
+    match error {
+        sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::Protocol(_) => Some(Lack::Means),
+        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed => Some(Lack::Means),
+        sqlx::Error::Database(error) => {
+            let code = error.code()?;
+            if code.len() == SQLSTATE { of_postgres(&code) } else { of_sqlite(&code) }
+        }
+        _ => None,
+    }
+}
+
+/// Characters of a SQLSTATE, by which it is told from SQLite's numbers.
+const SQLSTATE: usize = 5;
+
+/// By the class of a SQLSTATE, <https://www.postgresql.org/docs/current/errcodes-appendix.html>.
+fn of_postgres(code: &str) -> Option<Lack> {
+    const DISK_FULL: &str = "53100";
+    const READ_ONLY: &str = "25006";
+    match code {
+        DISK_FULL => Some(Lack::Space),
+        READ_ONLY => Some(Lack::Means),
+        // Connections, deadlocks, resources, the operator's intervention, the system.
+        _ => matches!(&code[..2], "08" | "40" | "53" | "57" | "58").then_some(Lack::Means),
+    }
+}
+
+/// By SQLite's primary result codes, <https://sqlite.org/rescode.html>.
+fn of_sqlite(code: &str) -> Option<Lack> {
     const BUSY: i32 = 5;
     const LOCKED: i32 = 6;
     const OUT_OF_MEMORY: i32 = 7;
     const READ_ONLY: i32 = 8;
     const FULL: i32 = 13;
     const CANNOT_OPEN: i32 = 14;
-    match error {
-        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed => Some(Lack::Means),
-        sqlx::Error::Database(error) => match error.code()?.parse::<i32>().ok()? & 0xff {
-            FULL => Some(Lack::Space),
-            BUSY | LOCKED | OUT_OF_MEMORY | READ_ONLY | CANNOT_OPEN => Some(Lack::Means),
-            _ => None,
-        },
+    match code.parse::<i32>().ok()? & 0xff {
+        FULL => Some(Lack::Space),
+        BUSY | LOCKED | OUT_OF_MEMORY | READ_ONLY | CANNOT_OPEN => Some(Lack::Means),
         _ => None,
     }
 }
@@ -138,6 +180,15 @@ mod tests {
         assert_eq!(StoreError::Database(sqlx::Error::PoolTimedOut).lack(), Some(Lack::Means));
         assert_eq!(blob(io::ErrorKind::InvalidData.into()).lack(), None);
         assert_eq!(StoreError::damaged("a blob", "cut short").lack(), None);
+    }
+
+    #[test]
+    fn servers_that_are_away_are_told_from_what_they_refuse() {
+        let of_bucket = |store| StoreError::Blob(object_store::Error::Generic { store, source: "503".into() });
+        assert_eq!((of_bucket(S3).lack(), of_bucket("LocalFileSystem").lack()), (Some(Lack::Means), None));
+        let answers = ["53100", "25006", "57P01", "08006", "40001", "53300", "23505", "42601"].map(of_postgres);
+        let means = Some(Lack::Means);
+        assert_eq!(answers, [Some(Lack::Space), means, means, means, means, means, None, None]);
     }
 
     #[tokio::test]

@@ -1,5 +1,6 @@
-//! What was read of an upload, as a blob. Its name tells the content, so that uploads of the same geometry share it.
+//! What was read of an upload, as a blob, and a name that tells its content.
 
+use bytes::Bytes;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
 use super::tensors::{self, Array};
@@ -13,14 +14,9 @@ use crate::sketch::{Line, Sketch, YAxis};
 pub(super) struct Encoded {
     /// The kind, an underscore and 32 hexadecimal digits of the content's hash.
     pub name: String,
-    pub bytes: Vec<u8>,
+    pub bytes: Bytes,
     pub vertices: usize,
     pub triangles: usize,
-}
-
-/// The blob of the geometry of this name.
-pub(super) fn blob(name: &str) -> String {
-    format!("shapes/{name}.safetensors")
 }
 
 fn name(kind: Kind, content: blake3::Hash) -> String {
@@ -85,9 +81,9 @@ fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {
 }
 
 /// The name and the bytes of a blob with these arrays.
-fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<(String, Vec<u8>), StoreError> {
+fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result<(String, Bytes), StoreError> {
     let bytes = tensors::encode(arrays, note).map_err(|error| StoreError::damaged(&name, error))?;
-    Ok((name, bytes))
+    Ok((name, bytes.into()))
 }
 
 /// The mesh in the blob of this name. It was checked before it was stored, and its name tells that it is the same: to

@@ -1,46 +1,61 @@
+use std::time::Duration;
+
 use uuid::Uuid;
 
-use super::{Store, StoreError, blocking};
+use super::{Store, StoreError, blocking, directory, milliseconds};
 
 /// The folder of the blobs that are written to see whether they can be.
 const CHECKS: &str = "ready";
 
 impl Store {
-    /// Ok when a row and a blob can be written, read and deleted.
+    /// Ok when a row can be written, read and deleted.
     ///
     /// # Errors
     /// What the disk or the database said.
-    pub async fn healthy(&self) -> Result<(), StoreError> {
-        let directory = self.directory.clone();
-        blocking(move || directory.database_present()).await?;
+    pub async fn database_healthy(&self) -> Result<(), StoreError> {
+        if let Some(directory) = self.directory.clone() {
+            blocking(move || directory.database_present()).await?;
+        }
         let token = Uuid::now_v7().to_string();
-        sqlx::query("INSERT INTO checks (token) VALUES ($1)").bind(&token).execute(&self.pool).await?;
+        let insert = "INSERT INTO checks (token, created_ms) SELECT $1, now_ms FROM clock";
+        sqlx::query(insert).bind(&token).execute(&self.pool).await?;
         let read = sqlx::query_scalar::<_, String>("SELECT token FROM checks WHERE token = $1");
         let read = read.bind(&token).fetch_optional(&self.pool).await?;
         sqlx::query("DELETE FROM checks WHERE token = $1").bind(&token).execute(&self.pool).await?;
-        let blob = format!("{CHECKS}/{token}");
-        self.blobs.put(&blob, token.clone()).await?;
-        let found = self.blobs.read(&blob).await?;
-        self.blobs.delete(&blob).await?;
-        match (read, found) {
-            (Some(_), Some(_)) => Ok(()),
-            _ => Err(StoreError::damaged("the data directory", "what was written is not there")),
-        }
+        read.map(drop).ok_or_else(|| StoreError::damaged("the database", "a row that was written is not there"))
     }
 
-    /// Bytes that can still be written to the disk of the data directory.
+    /// Ok when a blob can be written, read and deleted.
+    ///
+    /// # Errors
+    /// What the disk or the server of the blobs said.
+    pub async fn blobs_healthy(&self) -> Result<(), StoreError> {
+        let token = Uuid::now_v7().to_string();
+        let blob = format!("{CHECKS}/{token}");
+        self.blobs.put(&blob, token).await?;
+        let found = self.blobs.read(&blob).await?;
+        self.blobs.delete(&blob).await?;
+        found
+            .map(drop)
+            .ok_or_else(|| StoreError::damaged("the place of the blobs", "a blob that was written is not there"))
+    }
+
+    /// Bytes that can still be written to the fullest disk of those that are this machine's own; nothing where none is.
     ///
     /// # Errors
     /// What the disk said.
-    pub async fn free_bytes(&self) -> Result<u64, StoreError> {
-        let directory = self.directory.clone();
-        blocking(move || directory.free_bytes()).await
+    pub async fn free_bytes(&self) -> Result<Option<u64>, StoreError> {
+        let of_blobs = self.blobs.free_bytes().await?;
+        let Some(directory) = self.directory.clone() else { return Ok(of_blobs) };
+        let of_database = blocking(move || directory::free_bytes(directory.path())).await?;
+        Ok(Some(of_blobs.map_or(of_database, |bytes| bytes.min(of_database))))
     }
 
-    /// Deletes what checks of a process that died left behind.
-    pub(super) async fn forget_checks(&self) -> Result<(), StoreError> {
-        sqlx::query("DELETE FROM checks").execute(&self.pool).await?;
-        for name in self.blobs.names(CHECKS).await? {
+    /// Deletes what checks of processes that died so long ago left behind.
+    pub(super) async fn forget_checks(&self, age: Duration) -> Result<(), StoreError> {
+        let sql = "DELETE FROM checks WHERE created_ms <= (SELECT now_ms FROM clock) - $1";
+        sqlx::query(sql).bind(milliseconds(age)).execute(&self.pool).await?;
+        for name in self.blobs.names_older_than(CHECKS, age).await? {
             self.blobs.delete(&name).await?;
         }
         Ok(())
@@ -58,11 +73,12 @@ mod tests {
     #[tokio::test]
     async fn a_store_that_writes_and_reads_is_healthy_and_leaves_nothing_behind() {
         let (directory, store) = fresh().await;
-        store.healthy().await.unwrap();
+        store.database_healthy().await.unwrap();
+        store.blobs_healthy().await.unwrap();
         assert!(!directory.path().join("data/blobs").join(CHECKS).exists());
         let left: i64 = sqlx::query_scalar("SELECT count(*) FROM checks").fetch_one(&store.pool).await.unwrap();
         assert_eq!(left, 0);
-        assert!(store.free_bytes().await.unwrap() > 0);
+        assert!(store.free_bytes().await.unwrap().is_some_and(|bytes| bytes > 0));
     }
 
     #[tokio::test]
@@ -72,10 +88,14 @@ mod tests {
         for part in [data.join("blobs"), data.join("sketchmatch.db"), data.clone()] {
             let elsewhere: PathBuf = directory.path().join("elsewhere");
             fs::rename(&part, &elsewhere).unwrap();
-            assert!(matches!(store.healthy().await, Err(StoreError::Away { .. })), "{}", part.display());
+            let checked = [store.database_healthy().await, store.blobs_healthy().await];
+            let away = checked.map(|health| matches!(health, Err(StoreError::Away { .. })));
+            let (database, blobs) = (!part.ends_with("blobs"), !part.ends_with("sketchmatch.db"));
+            assert_eq!(away, [database, blobs], "{}", part.display());
             assert!(!part.exists());
             fs::rename(&elsewhere, &part).unwrap();
-            store.healthy().await.unwrap();
+            store.database_healthy().await.unwrap();
+            store.blobs_healthy().await.unwrap();
         }
     }
 
@@ -86,7 +106,7 @@ mod tests {
         let whole = fs::read(&path).unwrap();
         for bytes in [vec![0; whole.len()], Vec::new(), b"SELECT 1".repeat(100)] {
             fs::write(&path, bytes).unwrap();
-            assert!(matches!(store.healthy().await, Err(StoreError::Damaged { .. })));
+            assert!(matches!(store.database_healthy().await, Err(StoreError::Damaged { .. })));
         }
     }
 }

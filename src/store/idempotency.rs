@@ -4,11 +4,15 @@ use std::time::Duration;
 
 use sqlx::{Any, Row, Transaction};
 use tokio::sync::OwnedMutexGuard;
+use tokio::time::sleep;
 
-use super::{Store, StoreError};
+use super::{Claim, Store, StoreError};
 
 /// How long an answer is remembered.
 pub const MEMORY: Duration = Duration::from_secs(24 * 60 * 60);
+
+/// How often a request whose key is in use at another node looks again.
+const PATIENCE: Duration = Duration::from_millis(50);
 
 /// The keys under which requests are being carried out.
 #[derive(Default)]
@@ -25,6 +29,7 @@ pub struct Turn {
     turns: Arc<Turns>,
     key: String,
     guard: Option<OwnedMutexGuard<()>>,
+    _claim: Option<Claim>,
 }
 
 impl Drop for Turn {
@@ -49,11 +54,12 @@ pub enum Remembered {
 }
 
 impl Store {
-    /// The turn of a request under this key: one after the other, in the order they came.
+    /// The turn of a request under this key: one after the other, at whichever node they came, on one node in their order.
     pub async fn turn(&self, key: &str) -> Turn {
+        let key = self.tenant.own(key);
         let mutex = {
             let mut keys = self.turns.keys();
-            let waiting = keys.entry(key.to_owned()).or_default();
+            let waiting = keys.entry(key.clone()).or_default();
             waiting.upgrade().unwrap_or_else(|| {
                 let mutex = Arc::default();
                 *waiting = Arc::downgrade(&mutex);
@@ -61,7 +67,19 @@ impl Store {
             })
         };
         let guard = Some(mutex.lock_owned().await);
-        Turn { turns: self.turns.clone(), key: key.to_owned(), guard }
+        let _claim = if self.is_shared() { self.turn_of_node(&key).await } else { None };
+        Turn { turns: self.turns.clone(), key, guard, _claim }
+    }
+
+    /// The claim of the key among all nodes; nothing where the database cannot be asked, as who has the turn finds out next.
+    async fn turn_of_node(&self, key: &str) -> Option<Claim> {
+        let name = format!("answer/{key}");
+        loop {
+            match self.take(&name).await {
+                Ok(None) => sleep(PATIENCE).await,
+                taken => return taken.ok().flatten(),
+            }
+        }
     }
 
     /// What was answered to `key` within the last 24 hours; `fingerprint` tells one request from another.
@@ -71,7 +89,7 @@ impl Store {
     pub async fn remembered(&self, key: &str, fingerprint: &str) -> Result<Remembered, StoreError> {
         let sql = "SELECT fingerprint, status, location, body FROM answers \
                    WHERE key = $1 AND expires_ms > (SELECT now_ms FROM clock)";
-        let Some(row) = sqlx::query(sql).bind(key).fetch_optional(&self.pool).await? else {
+        let Some(row) = sqlx::query(sql).bind(self.tenant.own(key)).fetch_optional(&self.pool).await? else {
             return Ok(Remembered::New);
         };
         if row.try_get::<&str, _>("fingerprint")? != fingerprint {
@@ -104,7 +122,7 @@ impl Store {
                    VALUES ($1, $2, $3, $4, $5, (SELECT now_ms FROM clock) + $6, $7) \
                    ON CONFLICT (key) DO NOTHING";
         sqlx::query(sql)
-            .bind(key)
+            .bind(self.tenant.own(key))
             .bind(fingerprint)
             .bind(i64::from(status))
             .bind(location)
@@ -129,18 +147,21 @@ mod tests {
     use futures::FutureExt;
 
     use super::*;
-    use crate::store::testing::fresh;
+    use crate::store::testing::{fresh, fresh_shared, on_every_database};
 
     #[tokio::test]
     async fn the_first_answer_is_remembered_for_its_key_and_request() {
-        let (_directory, store) = fresh().await;
-        assert_eq!(store.remembered("k", "f").await.unwrap(), Remembered::New);
-        store.remember("k", "f", 202, Some("/there"), b"\xff body").await.unwrap();
-        store.remember("k", "f", 500, None, b"late").await.unwrap();
-        let same = Remembered::Same { status: 202, location: Some("/there".to_owned()), body: b"\xff body".to_vec() };
-        assert_eq!(store.remembered("k", "f").await.unwrap(), same);
-        assert_eq!(store.remembered("k", "other").await.unwrap(), Remembered::Different);
-        assert_eq!(store.remembered("other", "f").await.unwrap(), Remembered::New);
+        on_every_database(async |_, store| {
+            assert_eq!(store.remembered("k", "f").await.unwrap(), Remembered::New);
+            store.remember("k", "f", 202, Some("/there"), b"\xff body").await.unwrap();
+            store.remember("k", "f", 500, None, b"late").await.unwrap();
+            let same =
+                Remembered::Same { status: 202, location: Some("/there".to_owned()), body: b"\xff body".to_vec() };
+            assert_eq!(store.remembered("k", "f").await.unwrap(), same);
+            assert_eq!(store.remembered("k", "other").await.unwrap(), Remembered::Different);
+            assert_eq!(store.remembered("other", "f").await.unwrap(), Remembered::New);
+        })
+        .await;
     }
 
     #[tokio::test]
@@ -155,27 +176,44 @@ mod tests {
     }
 
     #[tokio::test]
+    async fn requests_under_one_key_take_turns_at_two_nodes() {
+        let Some((place, store)) = fresh_shared().await else { return };
+        let other = place.open().await;
+        let first = store.turn("key").await;
+        let mut second = Box::pin(other.turn("key"));
+        for _ in 0..3 {
+            assert!(tokio::time::timeout(PATIENCE, &mut second).await.is_err());
+        }
+        drop(first);
+        second.await;
+    }
+
+    #[tokio::test]
     async fn an_answer_is_forgotten_with_what_it_names() {
-        let (_directory, store) = fresh().await;
-        store.remember("k", "f", 202, Some("/there/one"), b"").await.unwrap();
-        let mut transaction = store.pool.begin().await.unwrap();
-        forget(&mut transaction, "other").await.unwrap();
-        transaction.commit().await.unwrap();
-        assert_ne!(store.remembered("k", "f").await.unwrap(), Remembered::New);
-        let mut transaction = store.pool.begin().await.unwrap();
-        forget(&mut transaction, "one").await.unwrap();
-        transaction.commit().await.unwrap();
-        assert_eq!(store.remembered("k", "f").await.unwrap(), Remembered::New);
+        on_every_database(async |_, store| {
+            store.remember("k", "f", 202, Some("/there/one"), b"").await.unwrap();
+            let mut transaction = store.pool.begin().await.unwrap();
+            forget(&mut transaction, "other").await.unwrap();
+            transaction.commit().await.unwrap();
+            assert_ne!(store.remembered("k", "f").await.unwrap(), Remembered::New);
+            let mut transaction = store.pool.begin().await.unwrap();
+            forget(&mut transaction, "one").await.unwrap();
+            transaction.commit().await.unwrap();
+            assert_eq!(store.remembered("k", "f").await.unwrap(), Remembered::New);
+        })
+        .await;
     }
 
     #[tokio::test]
     async fn an_answer_is_forgotten_after_its_day() {
-        let (_directory, store) = fresh().await;
-        store.remember("k", "f", 200, None, b"").await.unwrap();
-        sqlx::query("UPDATE answers SET expires_ms = 0").execute(&store.pool).await.unwrap();
-        assert_eq!(store.remembered("k", "other").await.unwrap(), Remembered::New);
-        store.remember("k", "other", 201, None, b"").await.unwrap();
-        let again = store.remembered("k", "other").await.unwrap();
-        assert_eq!(again, Remembered::Same { status: 201, location: None, body: Vec::new() });
+        on_every_database(async |_, store| {
+            store.remember("k", "f", 200, None, b"").await.unwrap();
+            sqlx::query("UPDATE answers SET expires_ms = 0").execute(&store.pool).await.unwrap();
+            assert_eq!(store.remembered("k", "other").await.unwrap(), Remembered::New);
+            store.remember("k", "other", 201, None, b"").await.unwrap();
+            let again = store.remembered("k", "other").await.unwrap();
+            assert_eq!(again, Remembered::Same { status: 201, location: None, body: Vec::new() });
+        })
+        .await;
     }
 }

@@ -8,6 +8,7 @@ use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
 
 use super::page;
+use crate::access::Tenant;
 
 /// Where a job stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -39,7 +40,8 @@ impl State {
         matches!(self, State::Succeeded | State::Failed | State::Cancelled)
     }
 
-    fn named(name: &str) -> Option<State> {
+    /// The state of this name, if there is one.
+    pub(super) fn named(name: &str) -> Option<State> {
         State::ALL.into_iter().find(|state| state.as_str() == name)
     }
 }
@@ -49,6 +51,8 @@ impl State {
 pub struct Job {
     /// A version 7 UUID.
     pub id: String,
+    /// Whose it is.
+    pub tenant: Tenant,
     /// What it does, by name.
     pub kind: String,
     /// The name under which no other job is queued until this one has ended.
@@ -59,7 +63,7 @@ pub struct Job {
     /// The shapes it needs.
     pub mesh: Option<String>,
     pub sketch: Option<String>,
-    /// Which it is of those of its kind that wait, from 1; nothing where it does not wait.
+    /// Which it is of those of its tenant and kind that wait, from 1; nothing where it does not wait.
     pub place: Option<i64>,
     /// How often it was claimed, and the token that fences off those who claimed it earlier.
     pub attempt: i64,
@@ -77,9 +81,9 @@ pub struct Job {
 
 impl Job {
     /// What is read of a row: all but the payload, which may be large and is the worker's alone.
-    pub(super) const COLUMNS: &str = "id, kind, dedupe, state, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
+    pub(super) const COLUMNS: &str = "id, tenant, kind, dedupe, state, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
          CASE WHEN state = 'queued' THEN (SELECT count(*) FROM jobs AS ahead WHERE ahead.state = 'queued' \
-         AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
+         AND ahead.tenant = jobs.tenant AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
 
     /// The `Page::after` of the page that begins behind this job.
     pub fn cursor(&self) -> String {
@@ -92,6 +96,7 @@ impl<'r> FromRow<'r, AnyRow> for Job {
         let error: Option<&str> = row.try_get("error")?;
         Ok(Job {
             id: row.try_get("id")?,
+            tenant: row.try_get::<&str, _>("tenant")?.parse().map_err(sqlx::Error::decode)?,
             kind: row.try_get("kind")?,
             dedupe: row.try_get("dedupe")?,
             state: State::named(row.try_get("state")?).ok_or_else(unknown_state)?,
@@ -131,12 +136,15 @@ pub struct NewJob<'a> {
     pub dedupe: Option<&'a str>,
     /// For how long the name is taken, whatever becomes of the job.
     pub taken_for: Duration,
+    /// Bytes of memory it takes, about, for each vertex of the larger of its shapes.
+    pub bytes_per_vertex: usize,
 }
 
 impl<'a> NewJob<'a> {
     /// A job that needs no shape and has no name.
     pub const fn of(kind: &'a str, payload: &'a str) -> NewJob<'a> {
-        NewJob { kind, payload, mesh: None, sketch: None, name: None, dedupe: None, taken_for: Duration::ZERO }
+        let (mesh, sketch, name, dedupe) = (None, None, None, None);
+        NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for: Duration::ZERO, bytes_per_vertex: 0 }
     }
 }
 
@@ -174,12 +182,27 @@ pub struct Lease {
     pub payload: Arc<str>,
     /// How many tries it has used up, this one included.
     pub(super) tries: i64,
+    /// Bytes of memory it takes, about.
+    pub memory: u64,
+    /// Whether a process has ended before it did, which may have been its doing: nothing else is to run beside it.
+    pub suspect: bool,
+}
+
+/// What a node has free for another job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    /// Bytes of memory.
+    pub memory: u64,
+    /// Whether nothing else runs: then any job may, whatever it takes.
+    pub alone: bool,
 }
 
 impl<'r> FromRow<'r, AnyRow> for Lease {
     fn from_row(row: &'r AnyRow) -> Result<Lease, sqlx::Error> {
         let payload: String = row.try_get("payload")?;
-        Ok(Lease { job: Job::from_row(row)?, payload: payload.into(), tries: row.try_get("tries")? })
+        let (tries, deaths): (i64, i64) = (row.try_get("tries")?, row.try_get("deaths")?);
+        let memory = u64::try_from(row.try_get::<i64, _>("memory")?).map_err(sqlx::Error::decode)?;
+        Ok(Lease { job: Job::from_row(row)?, payload: payload.into(), tries, memory, suspect: deaths > 0 })
     }
 }
 

@@ -4,94 +4,161 @@
 //! between the two leaves an unnamed blob and never a name without one.
 
 mod blobs;
+mod caches;
 mod changes;
+mod claims;
 mod database;
 mod directory;
 mod error;
 mod geometry;
 mod health;
 mod idempotency;
+mod identity;
 mod job;
+mod keys;
+mod notices;
 mod page;
+mod place;
 mod preparations;
 mod previews;
 mod queue;
+mod retention;
 mod sealed;
+mod secrets;
 mod shapes;
 mod spectra;
 mod sweep;
+mod tenancy;
 mod tensors;
 mod upgrade;
+mod usage;
 
-use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use sqlx::AnyPool;
-use tokio::sync::RwLock;
+use tokio_util::task::AbortOnDropHandle;
+use uuid::Uuid;
 
+use crate::access::Tenant;
 use blobs::Blobs;
 use changes::Changes;
 pub use changes::{JobChanges, QueueChanges};
+pub use claims::Claim;
+use database::{Engine, Listener};
 use directory::Directory;
 pub use error::{Lack, StoreError};
 pub use idempotency::{MEMORY, Remembered, Turn};
-pub use job::{Heartbeat, Job, Lease, NewJob, Places, State, Submitted, problem};
+pub use job::{Heartbeat, Job, Lease, NewJob, Places, Room, State, Submitted, problem};
+pub use keys::{KeyRow, Keys};
 pub use page::Page;
-pub use queue::{LEASE, MAX_TRIES};
+pub use place::{BlobUrl, Config, DatabaseUrl};
+pub use queue::{LEASE, MAX_DEATHS, MAX_TRIES};
+pub use retention::{Gone, Retention};
 pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
 pub use spectra::SpectrumKey;
-
-/// Where everything is kept.
-#[derive(Clone, Debug)]
-pub struct Config {
-    /// Directory of the database (`sketchmatch.db`), the blobs (`blobs/`) and the lock (`lock`); made when missing.
-    pub data_dir: PathBuf,
-}
+pub use usage::Usage;
 
 /// The one door to what outlives the process. Clones share it; the last one dropped gives the data directory free.
+///
+/// Shapes, jobs and remembered answers are those of one tenant, see [`of`](Self::of). Whoever works on jobs and measures them
+/// has to do with those of all.
 #[derive(Clone)]
 pub struct Store {
     pool: AnyPool,
+    engine: Engine,
     blobs: Blobs,
     changes: Arc<Changes>,
     turns: Arc<idempotency::Turns>,
-    /// Read by those who write a blob and then the row that names it, written by those who delete what no row names.
-    naming: Arc<RwLock<()>>,
-    directory: Arc<Directory>,
+    /// Where the database is a file, that of this process.
+    directory: Option<Arc<Directory>>,
+    /// Where it is shared, what hears of the changes of other nodes.
+    _notices: Option<Arc<AbortOnDropHandle<()>>>,
+    tenant: Tenant,
+    /// Whether spectra and preparations are the same for all tenants.
+    shared_caches: bool,
 }
 
 impl Store {
-    /// The store under `config.data_dir`, brought up to the present tables, with the jobs of a process that died back
-    /// in the queue: the lock proves that nobody works on them any more.
+    /// The store at the places of `config`, brought up to the present tables.
     ///
     /// # Errors
-    /// [`StoreError::Locked`] when another process has it open, [`StoreError::Unnamed`] where there are blobs that no
-    /// database names; otherwise what the disk or the database said.
+    /// [`StoreError::Locked`] when another process has the data directory open, [`StoreError::Unnamed`] and
+    /// [`StoreError::Foreign`] where there are blobs that the database does not know; otherwise what the disk or the database
+    /// said.
     pub async fn open(config: &Config) -> Result<Store, StoreError> {
+        match &config.database_url {
+            None => Store::open_alone(config).await,
+            Some(url) => Store::join(config, url).await,
+        }
+    }
+
+    /// The store of a process that has it to itself, with the jobs of the one before that died back in the queue: the lock
+    /// proves that nobody works on them any more.
+    async fn open_alone(config: &Config) -> Result<Store, StoreError> {
         let path = config.data_dir.clone();
         let directory = Arc::new(blocking(move || Directory::open(&path)).await?);
-        let blobs = Blobs::local(directory.clone())?;
+        let blobs = Blobs::open(config.blobs(), true).await?;
+        if directory.database_is_empty()? && blobs.any().await? {
+            return Err(StoreError::Unnamed { data_dir: directory.path().to_owned() });
+        }
         // No connection that knows the tables before this is to be used after it.
-        let pool = database::connected(&directory.database(), 1).await?;
+        let pool = database::of_file(&directory.database(), 1).await?;
         let upgraded = upgrade::run(&pool, &blobs, &directory).await;
         pool.close().await;
         upgraded?;
-        let pool = database::connected(&directory.database(), database::CONNECTIONS).await?;
-        let (changes, turns, naming) = (Arc::default(), Arc::default(), Arc::default());
-        let store = Store { pool, blobs, changes, turns, naming, directory };
+        let pool = database::of_file(&directory.database(), database::SQLITE_CONNECTIONS).await?;
+        let (changes, turns, directory) = (Arc::default(), Arc::default(), Some(directory));
+        let (tenant, shared_caches) = (Tenant::default(), false);
+        let (engine, _notices) = (Engine::Sqlite, None);
+        let store = Store { pool, engine, blobs, changes, turns, directory, _notices, tenant, shared_caches };
+        store.pair().await?;
+        store.forget_claims().await?;
         store.reap_all().await?;
-        store.sweep().await?;
+        store.sweep(Duration::ZERO).await?;
         Ok(store)
     }
 
-    /// Ends the use of the data directory in peace: afterwards the database's file alone is whole, and clones of this
+    /// The store that this process shares with other nodes. What theirs are doing is theirs.
+    async fn join(config: &Config, url: &DatabaseUrl) -> Result<Store, StoreError> {
+        let node = format!("sketchmatch/{}", Uuid::now_v7().simple());
+        let blobs = Blobs::open(config.blobs(), false).await?;
+        // In this order: of nodes that start together the one that has made the tables writes the first blob.
+        let blobs_before = blobs.any().await?;
+        let pool = database::of_server(url, &node).await?;
+        if blobs_before && Engine::Postgres.version(&pool).await? == 0 {
+            return Err(StoreError::Foreign { place: blobs.place().to_string() });
+        }
+        Engine::Postgres.migrate(&pool).await?;
+        pool.close().await;
+        let pool = database::of_server(url, &node).await?;
+        let (changes, turns): (Arc<Changes>, _) = (Arc::default(), Arc::default());
+        let listener = Listener::at(url, &node).await?;
+        let notices = tokio::spawn(notices::follow(listener, url.clone(), node, changes.clone()));
+        let (engine, directory, _notices) = (Engine::Postgres, None, Some(Arc::new(AbortOnDropHandle::new(notices))));
+        let (tenant, shared_caches) = (Tenant::default(), false);
+        let store = Store { pool, engine, blobs, changes, turns, directory, _notices, tenant, shared_caches };
+        store.pair().await?;
+        Ok(store)
+    }
+
+    /// Whether other nodes may be at work on it.
+    pub fn is_shared(&self) -> bool {
+        self.engine.is_shared()
+    }
+
+    /// Ends the use of the store in peace: afterwards a data directory's database file alone is whole, and clones of this
     /// store fail.
     ///
     /// # Errors
     /// What the database said.
     pub async fn close(&self) -> Result<(), StoreError> {
-        database::close(&self.pool).await
+        self.engine.close(&self.pool).await
     }
+}
+
+fn milliseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
 }
 
 /// Runs work that takes more than a moment off the threads that answer requests.
@@ -103,126 +170,10 @@ async fn blocking<T: Send + 'static>(
 }
 
 #[cfg(test)]
-pub(crate) mod testing {
-    use tempfile::TempDir;
-
-    use super::{Config, Store};
-
-    /// A directory of its own, gone when it is dropped, and the store in it.
-    pub(crate) async fn fresh() -> (TempDir, Store) {
-        let directory = tempfile::tempdir().unwrap();
-        let store = open(&directory).await;
-        (directory, store)
-    }
-
-    pub(crate) async fn open(directory: &TempDir) -> Store {
-        Store::open(&Config { data_dir: directory.path().join("data") }).await.unwrap()
-    }
-
-    /// Lets jobs that rest be taken again at once, for as long as it is asked.
-    pub(crate) async fn make_rests_short(store: &Store) {
-        loop {
-            sqlx::query("UPDATE jobs SET due_ms = 0 WHERE due_ms > 0").execute(&store.pool).await.unwrap();
-            store.changes.tell_of_queue();
-            tokio::time::sleep(std::time::Duration::from_millis(20)).await;
-        }
-    }
-
-    /// A file as failing disks leave it: emptied, cut short, with a page of zeros, with a bit turned over.
-    pub(crate) fn damaged(whole: &[u8]) -> [Vec<u8>; 4] {
-        let (mut zeroed, mut turned) = (whole.to_vec(), whole.to_vec());
-        let middle = whole.len() / 2;
-        zeroed[middle..].iter_mut().take(4096).for_each(|byte| *byte = 0);
-        turned[middle] ^= 1;
-        [Vec::new(), whole[..middle].to_vec(), zeroed, turned]
-    }
-}
+pub(crate) mod testing;
 
 #[cfg(test)]
 mod earlier_versions;
 
 #[cfg(test)]
-mod tests {
-    use std::fs;
-    use std::path::Path;
-
-    use super::testing::fresh;
-    use super::*;
-
-    #[tokio::test]
-    async fn a_second_process_is_refused_until_the_first_lets_go() {
-        let (directory, store) = fresh().await;
-        let config = Config { data_dir: directory.path().join("data") };
-        let refusal = Store::open(&config).await.err().unwrap();
-        assert!(matches!(refusal, StoreError::Locked { .. }), "{refusal}");
-        assert!(refusal.to_string().contains("data is in use by another process"), "{refusal}");
-        std::fs::remove_file(config.data_dir.join("lock")).unwrap();
-        let refusal = Store::open(&config).await.err().unwrap();
-        assert!(matches!(refusal, StoreError::Locked { .. }), "{refusal}");
-        drop(store);
-        Store::open(&config).await.unwrap().healthy().await.unwrap();
-    }
-
-    #[tokio::test]
-    async fn blobs_without_their_database_are_refused_and_left_alone() {
-        let (directory, store) = fresh().await;
-        let config = Config { data_dir: directory.path().join("data") };
-        store.blobs.put("results/job/1", "answer").await.unwrap();
-        store.close().await.unwrap();
-        drop(store);
-        let database = config.data_dir.join("sketchmatch.db");
-        let elsewhere = directory.path().join("elsewhere.db");
-        fs::rename(&database, &elsewhere).unwrap();
-        for empty in [None, Some("")] {
-            if let Some(bytes) = empty {
-                fs::write(&database, bytes).unwrap();
-            }
-            let refusal = Store::open(&config).await.err().unwrap();
-            assert!(matches!(refusal, StoreError::Unnamed { .. }), "{refusal}");
-            assert!(fs::metadata(&database).map_or(true, |metadata| metadata.len() == 0));
-        }
-        database_without_tables(&database).await;
-        let refusal = Store::open(&config).await.err().unwrap();
-        assert!(matches!(refusal, StoreError::Unnamed { .. }), "{refusal}");
-        fs::rename(&elsewhere, &database).unwrap();
-        // No row names it: it is kept all the same.
-        Store::open(&config).await.unwrap();
-        assert!(config.data_dir.join("blobs/aside/results/job/1").is_file());
-    }
-
-    async fn database_without_tables(path: &Path) {
-        let pool = database::connected(path, 1).await.unwrap();
-        sqlx::query("PRAGMA user_version = 1").execute(&pool).await.unwrap();
-        pool.close().await;
-    }
-
-    #[tokio::test]
-    async fn after_a_close_the_database_alone_is_whole() {
-        let (directory, store) = fresh().await;
-        let places = Places { queue: 1, of_kind: 1 };
-        store.submit(&NewJob::of("match", "1"), places).await.unwrap();
-        store.close().await.unwrap();
-        drop(store);
-        let copy = directory.path().join("copy");
-        fs::create_dir(&copy).unwrap();
-        fs::copy(directory.path().join("data/sketchmatch.db"), copy.join("sketchmatch.db")).unwrap();
-        let copied = Store::open(&Config { data_dir: copy }).await.unwrap();
-        assert_eq!(copied.queued("match").await.unwrap(), 1);
-    }
-
-    #[tokio::test]
-    async fn a_data_directory_that_cannot_be_made_is_named() {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        let refusal = Store::open(&Config { data_dir: file.path().join("data") }).await.err().unwrap();
-        assert!(refusal.to_string().contains(&file.path().display().to_string()), "{refusal}");
-    }
-
-    #[tokio::test]
-    async fn the_directory_may_have_odd_characters() {
-        let directory = tempfile::tempdir().unwrap();
-        let config = Config { data_dir: directory.path().join("a b?c#d&e=ü") };
-        let store = Store::open(&config).await.unwrap();
-        store.healthy().await.unwrap();
-        assert!(config.data_dir.join("sketchmatch.db").is_file());
-    }
-}
+mod tests;

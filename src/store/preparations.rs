@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use super::{Store, StoreError, blocking};
 use crate::alignment::prepared::{PREPARATION_VERSION, PreparedMesh};
+use crate::numerics::instruction_set;
 
 impl Store {
     /// The mesh of that content made ready for the alignment, where it is cached; nothing where it is damaged, so that
@@ -10,30 +11,36 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn preparation(&self, mesh: &blake3::Hash) -> Result<Option<PreparedMesh>, StoreError> {
-        let name = blob(mesh);
+        let name = self.preparation_name(mesh);
         let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
         let decoded = blocking(move || Ok(postcard::from_bytes::<PreparedMesh>(&bytes))).await?;
         Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a preparation cannot be read")).ok())
     }
 
-    /// Caches what was made of the mesh of that content.
+    /// Caches what was made of the mesh of that content, for as long as there is the shape it was made for.
     ///
     /// # Errors
-    /// What the disk said.
+    /// What the disk or the database said.
     pub async fn put_preparation(
         &self,
         mesh: &blake3::Hash,
         prepared: impl Into<Arc<PreparedMesh>>,
+        shape: Option<&str>,
     ) -> Result<(), StoreError> {
         let prepared = prepared.into();
         let encoded =
             move || postcard::to_stdvec(&*prepared).map_err(|error| StoreError::damaged("the preparation", error));
-        self.blobs.put(&blob(mesh), blocking(encoded).await?).await
+        self.put_cached(&self.preparation_name(mesh), blocking(encoded).await?, shape).await
+    }
+
+    /// What making the mesh of that content ready is claimed by.
+    pub fn preparation_name(&self, mesh: &blake3::Hash) -> String {
+        self.cached_as(&blob(mesh))
     }
 }
 
 fn blob(mesh: &blake3::Hash) -> String {
-    format!("preparations/{}/{PREPARATION_VERSION}", mesh.to_hex())
+    format!("preparations/{}/{PREPARATION_VERSION}-{}", mesh.to_hex(), instruction_set())
 }
 
 #[cfg(test)]
@@ -56,7 +63,7 @@ mod tests {
         let mesh = tetrahedron();
         let (hash, prepared) = (mesh.content_hash(), PreparedMesh::new(&mesh, &Unwatched).unwrap());
         assert_eq!(store.preparation(&hash).await.unwrap(), None);
-        store.put_preparation(&hash, prepared.clone()).await.unwrap();
+        store.put_preparation(&hash, prepared.clone(), None).await.unwrap();
         drop(store);
         let store = open(&directory).await;
         assert_eq!(store.preparation(&hash).await.unwrap().as_ref(), Some(&prepared));
@@ -65,7 +72,7 @@ mod tests {
         for damaged in damaged(&whole) {
             fs::write(&file, damaged).unwrap();
             assert_eq!(store.preparation(&hash).await.unwrap(), None);
-            store.put_preparation(&hash, prepared.clone()).await.unwrap();
+            store.put_preparation(&hash, prepared.clone(), None).await.unwrap();
             assert_eq!(fs::read(&file).unwrap(), whole);
         }
         store.blobs.put(&blob(&hash), b"no".to_vec()).await.unwrap();

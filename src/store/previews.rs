@@ -38,8 +38,9 @@ impl Store {
     /// What the database said.
     pub async fn previewed(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
         let sql = "SELECT body FROM previews JOIN jobs ON jobs.id = previews.job \
-                   AND jobs.attempt = previews.attempt AND jobs.state = 'running' WHERE jobs.id = $1";
-        let body: Option<Vec<u8>> = sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?;
+                   AND jobs.attempt = previews.attempt AND jobs.state = 'running' WHERE jobs.id = $1 AND jobs.tenant = $2";
+        let body: Option<Vec<u8>> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         Ok(body.map(Bytes::from))
     }
 }
@@ -47,44 +48,48 @@ impl Store {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::testing::fresh;
+    use crate::store::testing::{ALL, on_every_database};
     use crate::store::{NewJob, Places};
 
     async fn claimed(store: &Store) -> Lease {
         store.submit(&NewJob::of("match", "{}"), Places { queue: 9, of_kind: 9 }).await.unwrap();
-        store.claim(&["match"]).await.unwrap().unwrap()
+        store.claim(&["match"], ALL).await.unwrap().unwrap()
     }
 
     #[tokio::test]
     async fn a_preview_is_there_as_long_as_its_attempt_runs() {
-        let (_directory, store) = fresh().await;
-        let first = claimed(&store).await;
-        let id = &first.job.id;
-        assert_eq!(store.previewed(id).await.unwrap(), None);
-        assert_eq!(store.preview(&first, b"one", 0.4).await.unwrap(), Heartbeat::Held);
-        let job = store.job(id).await.unwrap().unwrap();
-        assert_eq!((job.stage.as_deref(), job.fraction), (Some("preview"), 0.4));
-        assert!(job.revision > first.job.revision);
-        assert_eq!(store.previewed(id).await.unwrap().as_deref(), Some(&b"one"[..]));
+        on_every_database(async |_, store| {
+            let first = claimed(&store).await;
+            let id = &first.job.id;
+            assert_eq!(store.previewed(id).await.unwrap(), None);
+            assert_eq!(store.preview(&first, b"one", 0.4).await.unwrap(), Heartbeat::Held);
+            let job = store.job(id).await.unwrap().unwrap();
+            assert_eq!((job.stage.as_deref(), job.fraction), (Some("preview"), 0.4));
+            assert!(job.revision > first.job.revision);
+            assert_eq!(store.previewed(id).await.unwrap().as_deref(), Some(&b"one"[..]));
 
-        assert!(store.release(&first).await.unwrap());
-        assert_eq!(store.previewed(id).await.unwrap(), None);
-        let second = store.claim(&["match"]).await.unwrap().unwrap();
-        assert_eq!(store.preview(&first, b"late", 0.4).await.unwrap(), Heartbeat::Lost);
-        assert_eq!(store.previewed(id).await.unwrap(), None);
-        assert_eq!(store.preview(&second, b"two", 0.4).await.unwrap(), Heartbeat::Held);
-        assert_eq!(store.previewed(id).await.unwrap().as_deref(), Some(&b"two"[..]));
-        assert!(store.succeed(&second, Bytes::from_static(b"{}")).await.unwrap());
-        assert_eq!(store.previewed(id).await.unwrap(), None);
-        let kept: i64 = sqlx::query_scalar("SELECT count(*) FROM previews").fetch_one(&store.pool).await.unwrap();
-        assert_eq!(kept, 0);
+            assert!(store.release(&first).await.unwrap());
+            assert_eq!(store.previewed(id).await.unwrap(), None);
+            let second = store.claim(&["match"], ALL).await.unwrap().unwrap();
+            assert_eq!(store.preview(&first, b"late", 0.4).await.unwrap(), Heartbeat::Lost);
+            assert_eq!(store.previewed(id).await.unwrap(), None);
+            assert_eq!(store.preview(&second, b"two", 0.4).await.unwrap(), Heartbeat::Held);
+            assert_eq!(store.previewed(id).await.unwrap().as_deref(), Some(&b"two"[..]));
+            assert!(store.succeed(&second, Bytes::from_static(b"{}")).await.unwrap());
+            assert_eq!(store.previewed(id).await.unwrap(), None);
+            let kept: i64 = sqlx::query_scalar("SELECT count(*) FROM previews").fetch_one(&store.pool).await.unwrap();
+            assert_eq!(kept, 0);
+        })
+        .await;
     }
 
     #[tokio::test]
     async fn a_cancelled_job_hears_of_it_by_its_preview() {
-        let (_directory, store) = fresh().await;
-        let lease = claimed(&store).await;
-        store.cancel(&lease.job.id).await.unwrap();
-        assert_eq!(store.preview(&lease, b"late", 0.4).await.unwrap(), Heartbeat::Cancelled);
+        on_every_database(async |_, store| {
+            let lease = claimed(&store).await;
+            store.cancel(&lease.job.id).await.unwrap();
+            assert_eq!(store.preview(&lease, b"late", 0.4).await.unwrap(), Heartbeat::Cancelled);
+        })
+        .await;
     }
 }

@@ -2,17 +2,25 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use serde_json::Value;
-use sqlx::AssertSqlSafe;
+use sqlx::{Any, AssertSqlSafe, Transaction};
 use uuid::Uuid;
 
-use super::{Heartbeat, Job, Lease, NewJob, Page, Places, State, Store, StoreError, Submitted, idempotency, problem};
+use super::{
+    Heartbeat, Job, Lease, NewJob, Page, Places, Room, State, Store, StoreError, Submitted, idempotency, milliseconds,
+    problem,
+};
+use crate::access::Tenant;
 
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
 
-/// How often a job is tried whose worker dies or asks for another try: often enough that a few deaths of a process do not
-/// fail the jobs it happened to run, seldom enough that a job that kills its process does not do so for ever.
+/// How often a job is tried that asks for another try.
 pub const MAX_TRIES: i64 = 8;
+
+/// How often the process of a job may end before it does. After the first time the job runs alone, so that it takes no other with
+/// it and what ends the process is most likely its own doing: seldom enough that it is soon over, often enough that a job is not
+/// failed whose process others killed a few times.
+pub const MAX_DEATHS: i64 = 6;
 
 pub(super) const LEASE_MS: i64 = LEASE.as_millis() as i64;
 
@@ -27,10 +35,6 @@ fn rest(tries: i64) -> Duration {
     FIRST_REST.saturating_mul(1 << doublings).min(LONGEST_REST)
 }
 
-fn milliseconds(duration: Duration) -> i64 {
-    i64::try_from(duration.as_millis()).unwrap_or(i64::MAX)
-}
-
 impl Store {
     /// Puts a job into the queue, if there is a place for it: of many that come at the same moment no more are taken than
     /// there are places.
@@ -38,32 +42,13 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn submit(&self, job: &NewJob<'_>, places: Places) -> Result<Submitted, StoreError> {
-        let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for } = *job;
-        let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
-        let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, state, created_ms) \
-                      SELECT $1, $2, $3, $4, $5, $6, $10, 'queued', now_ms FROM clock \
-                      WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
-                      AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
-                      AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5)) \
-                      AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6)) \
-                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
-                      ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
-        let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
-        let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(dedupe).bind(mesh).bind(sketch);
-        let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
-        if query.execute(&self.pool).await?.rows_affected() == 1 {
+        let mut transaction = self.engine.alone(&self.pool).await?;
+        let submitted = enqueue(&mut transaction, &self.tenant, job, places).await?;
+        transaction.commit().await?;
+        if matches!(submitted, Submitted::Taken(_)) {
             self.changes.tell_of_queue();
-            return Ok(self.job(&id).await?.map_or(Submitted::Gone, |job| Submitted::Taken(Box::new(job))));
         }
-        if let Some(name) = dedupe
-            && let Some(same) = self.named(name, taken_ms).await?
-        {
-            return Ok(Submitted::Taken(Box::new(same)));
-        }
-        let there = "SELECT ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1)) \
-                     AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2))";
-        let there: i64 = sqlx::query_scalar(there).bind(mesh).bind(sketch).fetch_one(&self.pool).await?;
-        Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
+        Ok(submitted)
     }
 
     /// What a job does, in JSON, if there is such a job.
@@ -71,19 +56,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn payload(&self, id: &str) -> Result<Option<String>, StoreError> {
-        let sql = "SELECT payload FROM jobs WHERE id = $1";
-        Ok(sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?)
-    }
-
-    /// The job of this name that is unfinished or younger than `taken_ms`.
-    async fn named(&self, dedupe: &str, taken_ms: i64) -> Result<Option<Job>, StoreError> {
-        let sql = format!(
-            "SELECT {} FROM jobs WHERE dedupe = $1 \
-             AND (state IN ('queued', 'running') OR created_ms > (SELECT now_ms FROM clock) - $2) \
-             ORDER BY created_ms DESC, id DESC LIMIT 1",
-            Job::COLUMNS
-        );
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(taken_ms).fetch_optional(&self.pool).await?)
+        let sql = "SELECT payload FROM jobs WHERE id = $1 AND tenant = $2";
+        Ok(sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }
 
     /// Why the latest job of this name failed, if it did so within `lately`.
@@ -96,11 +70,11 @@ impl Store {
              AND state = 'failed' AND finished_ms > (SELECT now_ms FROM clock) - $2",
             Job::COLUMNS
         );
-        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(milliseconds(lately));
+        let query = sqlx::query_as(AssertSqlSafe(sql)).bind(self.tenant.own(dedupe)).bind(milliseconds(lately));
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Number of jobs of a kind that wait for a worker.
+    /// Number of jobs of a kind that wait for a worker, whose they are.
     ///
     /// # Errors
     /// What the database said.
@@ -114,8 +88,8 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
-        let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
-        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).fetch_optional(&self.pool).await?)
+        let sql = format!("SELECT {} FROM jobs WHERE id = $1 AND tenant = $2", Job::COLUMNS);
+        Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }
 
     /// Jobs of one kind, newest first.
@@ -125,38 +99,54 @@ impl Store {
     pub async fn jobs(&self, kind: &str, page: &Page) -> Result<Vec<Job>, StoreError> {
         let (created_ms, id) = page.bound()?;
         let sql = format!(
-            "SELECT {} FROM jobs WHERE kind = $1 AND (created_ms, id) < ($2, $3) \
+            "SELECT {} FROM jobs WHERE tenant = $5 AND kind = $1 AND (created_ms, id) < ($2, $3) \
              ORDER BY created_ms DESC, id DESC LIMIT $4",
             Job::COLUMNS
         );
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(kind).bind(created_ms).bind(id).bind(i64::from(page.limit));
+        let query = query.bind(self.tenant.as_str());
         Ok(query.fetch_all(&self.pool).await?)
     }
 
     /// The first job that waits of the first of `kinds` that has one, leased to the caller for [`LEASE`]; `None` when
-    /// nothing waits that may be taken.
+    /// nothing waits that may be taken, or where there is no room for the one whose turn it is: others do not overtake it, or
+    /// it would wait for ever.
     ///
     /// # Errors
     /// What the database said.
-    pub async fn claim(&self, kinds: &[&str]) -> Result<Option<Lease>, StoreError> {
+    pub async fn claim(&self, kinds: &[&str], room: Room) -> Result<Option<Lease>, StoreError> {
         let sql = format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, tries = tries + 1, \
              revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
              lease_ms = (SELECT now_ms FROM clock) + $1 \
-             WHERE state = 'queued' AND id = (SELECT id FROM jobs WHERE state = 'queued' AND kind = $2 \
-             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1) RETURNING {}, payload, tries",
+             WHERE state = 'queued' AND ($3 OR (memory <= $4 AND deaths = 0)) \
+             AND id = (SELECT id FROM jobs WHERE state = 'queued' AND kind = $2 \
+             AND due_ms <= (SELECT now_ms FROM clock) ORDER BY created_ms, id LIMIT 1 {}) \
+             RETURNING {}, payload, tries, memory, deaths",
+            self.engine.for_update(),
             Job::COLUMNS
         );
+        let memory = i64::try_from(room.memory).unwrap_or(i64::MAX);
         for kind in kinds {
             let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(LEASE_MS).bind(*kind);
             // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
-            let leases: Vec<Lease> = query.fetch_all(&self.pool).await?;
+            let leases: Vec<Lease> = query.bind(room.alone).bind(memory).fetch_all(&self.pool).await?;
             if let Some(lease) = leases.into_iter().next() {
                 self.changes.tell_of_job(&lease.job.id, Some(State::Running));
                 return Ok(Some(lease));
             }
+            if !room.alone && self.is_due(kind).await? {
+                return Ok(None);
+            }
         }
         Ok(None)
+    }
+
+    /// Whether a job of this kind waits that may be taken.
+    async fn is_due(&self, kind: &str) -> Result<bool, StoreError> {
+        let sql =
+            "SELECT id FROM jobs WHERE state = 'queued' AND kind = $1 AND due_ms <= (SELECT now_ms FROM clock) LIMIT 1";
+        Ok(sqlx::query(sql).bind(kind).fetch_optional(&self.pool).await?.is_some())
     }
 
     /// Reports progress, extends the lease and asks whether to go on, all in one.
@@ -180,7 +170,12 @@ impl Store {
 
     /// Why an attempt no longer holds its job.
     pub(super) async fn ended(&self, lease: &Lease) -> Result<Heartbeat, StoreError> {
-        let ended = self.job(&lease.job.id).await?.filter(|job| job.attempt == lease.job.attempt).map(|job| job.state);
+        let ended = self
+            .of(&lease.job.tenant)
+            .job(&lease.job.id)
+            .await?
+            .filter(|job| job.attempt == lease.job.attempt)
+            .map(|job| job.state);
         Ok(if ended == Some(State::Cancelled) { Heartbeat::Cancelled } else { Heartbeat::Lost })
     }
 
@@ -190,19 +185,24 @@ impl Store {
     /// What the disk or the database said; the job is then still running.
     pub async fn succeed(&self, lease: &Lease, result: Bytes) -> Result<bool, StoreError> {
         let Job { id, attempt, .. } = &lease.job;
-        let name = format!("results/{id}/{attempt}");
+        let (name, bytes) = (format!("results/{id}/{attempt}"), i64::try_from(result.len()).unwrap_or(i64::MAX));
         self.blobs.put_once(&name, result).await?;
-        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, stage = 'finished', fraction = 1, \
+        let sql = "UPDATE jobs SET state = 'succeeded', result = $3, bytes = $4, stage = 'finished', fraction = 1, \
                    revision = revision + 1, lease_ms = NULL, finished_ms = (SELECT now_ms FROM clock) \
                    WHERE id = $1 AND attempt = $2 AND state = 'running'";
-        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name);
+        let query = sqlx::query(sql).bind(id).bind(attempt).bind(&name).bind(bytes);
         let published = self.changed(id, State::Succeeded, query).await?;
         // A lease that published before is refused too, but then the job names this very blob.
-        let named = "SELECT id FROM jobs WHERE id = $1 AND result = $2";
-        if !published && sqlx::query(named).bind(id).bind(&name).fetch_optional(&self.pool).await?.is_none() {
+        if !published && !self.names_result(id, &name).await? {
             self.blobs.delete(&name).await?;
         }
         Ok(published)
+    }
+
+    /// Whether this blob is the result of the job.
+    async fn names_result(&self, id: &str, blob: &str) -> Result<bool, StoreError> {
+        let sql = "SELECT count(*) FROM jobs WHERE id = $1 AND result = $2";
+        Ok(sqlx::query_scalar::<_, i64>(sql).bind(id).bind(blob).fetch_one(&self.pool).await? > 0)
     }
 
     /// Ends the job with an error; false when the lease was lost.
@@ -263,8 +263,9 @@ impl Store {
     /// What the database said.
     pub async fn cancel(&self, id: &str) -> Result<Option<Job>, StoreError> {
         let sql = "UPDATE jobs SET state = 'cancelled', revision = revision + 1, lease_ms = NULL, \
-                   finished_ms = (SELECT now_ms FROM clock) WHERE id = $1 AND state IN ('queued', 'running')";
-        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id)).await?;
+                   finished_ms = (SELECT now_ms FROM clock) \
+                   WHERE id = $1 AND tenant = $2 AND state IN ('queued', 'running')";
+        self.changed(id, State::Cancelled, sqlx::query(sql).bind(id).bind(self.tenant.as_str())).await?;
         self.job(id).await
     }
 
@@ -273,9 +274,11 @@ impl Store {
     /// # Errors
     /// What the database or the disk said.
     pub async fn delete(&self, id: &str) -> Result<bool, StoreError> {
-        let sql = "DELETE FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'cancelled') RETURNING result";
+        let sql = "DELETE FROM jobs WHERE id = $1 AND tenant = $2 AND state IN ('succeeded', 'failed', 'cancelled') \
+                   RETURNING result";
         let mut transaction = self.pool.begin().await?;
-        let results: Vec<Option<String>> = sqlx::query_scalar(sql).bind(id).fetch_all(&mut *transaction).await?;
+        let results: Vec<Option<String>> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_all(&mut *transaction).await?;
         if results.is_empty() {
             return Ok(false);
         }
@@ -293,19 +296,22 @@ impl Store {
     /// # Errors
     /// [`StoreError::LostResult`]; what the database or the disk said.
     pub async fn result(&self, id: &str) -> Result<Option<Bytes>, StoreError> {
-        let sql = "SELECT result FROM jobs WHERE id = $1 AND result IS NOT NULL";
-        let name: Option<String> = sqlx::query_scalar(sql).bind(id).fetch_optional(&self.pool).await?;
+        let sql = "SELECT result FROM jobs WHERE id = $1 AND tenant = $2 AND result IS NOT NULL";
+        let name: Option<String> =
+            sqlx::query_scalar(sql).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?;
         let Some(name) = name else { return Ok(None) };
         let lost = |reason: String| StoreError::LostResult { job: id.to_owned(), reason };
         match self.blobs.read(&name).await {
+            // It was let go of since its name was read.
+            Ok(None) if !self.names_result(id, &name).await? => Ok(None),
             Ok(None) => Err(lost(format!("{name} is missing"))),
             Err(StoreError::Damaged { what, reason }) => Err(lost(format!("{what}: {reason}"))),
             read => read,
         }
     }
 
-    /// Takes jobs from workers whose lease ran out: back into the queue, or failed after [`MAX_TRIES`]. Returns how
-    /// many.
+    /// Takes jobs from workers whose lease ran out: back into the queue, to run alone then, or failed after [`MAX_DEATHS`].
+    /// Returns how many.
     ///
     /// # Errors
     /// What the database said.
@@ -320,13 +326,13 @@ impl Store {
 
     /// Reaps the leases that end by `end_ms`, by default now.
     async fn reap_until(&self, end_ms: Option<i64>) -> Result<u64, StoreError> {
-        let sql = "UPDATE jobs SET revision = revision + 1, lease_ms = NULL, stage = NULL, fraction = 0, \
-                   state = CASE WHEN tries < $1 THEN 'queued' ELSE 'failed' END, \
-                   error = CASE WHEN tries < $1 THEN NULL ELSE $2 END, \
-                   started_ms = CASE WHEN tries < $1 THEN NULL ELSE started_ms END, \
-                   finished_ms = CASE WHEN tries < $1 THEN NULL ELSE (SELECT now_ms FROM clock) END \
+        let sql = "UPDATE jobs SET revision = revision + 1, lease_ms = NULL, stage = NULL, fraction = 0, deaths = deaths + 1, \
+                   state = CASE WHEN deaths + 1 < $1 THEN 'queued' ELSE 'failed' END, \
+                   error = CASE WHEN deaths + 1 < $1 THEN NULL ELSE $2 END, \
+                   started_ms = CASE WHEN deaths + 1 < $1 THEN NULL ELSE started_ms END, \
+                   finished_ms = CASE WHEN deaths + 1 < $1 THEN NULL ELSE (SELECT now_ms FROM clock) END \
                    WHERE state = 'running' AND lease_ms <= COALESCE($3, (SELECT now_ms FROM clock))";
-        let query = sqlx::query(sql).bind(MAX_TRIES).bind(abandoned().to_string()).bind(end_ms);
+        let query = sqlx::query(sql).bind(MAX_DEATHS).bind(abandoned().to_string()).bind(end_ms);
         let reaped = query.execute(&self.pool).await?.rows_affected();
         if reaped > 0 {
             self.changes.tell_of_queue();
@@ -355,6 +361,61 @@ impl Store {
     }
 }
 
+/// Puts a job into the queue, if there is a place for it and the shapes it needs are there. The transaction is
+/// [`alone`](super::database::Engine::alone), as is that of whoever deletes a shape.
+pub(super) async fn enqueue(
+    transaction: &mut Transaction<'_, Any>,
+    tenant: &Tenant,
+    job: &NewJob<'_>,
+    places: Places,
+) -> Result<Submitted, StoreError> {
+    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, bytes_per_vertex } = *job;
+    let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
+    let dedupe = dedupe.map(|name| tenant.own(name));
+    let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms, memory) \
+                  SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms, \
+                  $12 * COALESCE((SELECT max(vertices) FROM shapes WHERE id IN ($5, $6)), 0) FROM clock \
+                  WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
+                  AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
+                  AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
+                  AND ($6 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $6 AND tenant = $11)) \
+                  AND NOT EXISTS (SELECT 1 FROM jobs WHERE dedupe = $4 AND created_ms > now_ms - $9) \
+                  ON CONFLICT (dedupe) WHERE state IN ('queued', 'running') DO NOTHING";
+    let count = |places: usize| i64::try_from(places).unwrap_or(i64::MAX);
+    let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
+    let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
+    let query = query.bind(tenant.as_str()).bind(count(bytes_per_vertex));
+    if query.execute(&mut **transaction).await?.rows_affected() == 1 {
+        let sql = format!("SELECT {} FROM jobs WHERE id = $1", Job::COLUMNS);
+        let job = sqlx::query_as(AssertSqlSafe(sql)).bind(&id).fetch_one(&mut **transaction).await?;
+        let used = "UPDATE shapes SET used_ms = (SELECT now_ms FROM clock) WHERE id = $1 OR id = $2";
+        sqlx::query(used).bind(mesh).bind(sketch).execute(&mut **transaction).await?;
+        return Ok(Submitted::Taken(Box::new(job)));
+    }
+    if let Some(dedupe) = &dedupe
+        && let Some(same) = named(transaction, dedupe, taken_ms).await?
+    {
+        return Ok(Submitted::Taken(Box::new(same)));
+    }
+    let there = "SELECT count(*) FROM clock WHERE ($1 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $1 AND tenant = $3)) \
+                 AND ($2 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $2 AND tenant = $3))";
+    let there = sqlx::query_scalar::<_, i64>(there).bind(mesh).bind(sketch).bind(tenant.as_str());
+    let there = there.fetch_one(&mut **transaction).await?;
+    Ok(if there == 1 { Submitted::Full } else { Submitted::Gone })
+}
+
+/// The job of this name that is unfinished or younger than `taken_ms`.
+async fn named(transaction: &mut Transaction<'_, Any>, dedupe: &str, taken_ms: i64) -> Result<Option<Job>, StoreError> {
+    let sql = format!(
+        "SELECT {} FROM jobs WHERE dedupe = $1 \
+         AND (state IN ('queued', 'running') OR created_ms > (SELECT now_ms FROM clock) - $2) \
+         ORDER BY created_ms DESC, id DESC LIMIT 1",
+        Job::COLUMNS
+    );
+    let query = sqlx::query_as(AssertSqlSafe(sql)).bind(dedupe).bind(taken_ms);
+    Ok(query.fetch_optional(&mut **transaction).await?)
+}
+
 /// How a job goes back into the queue: with some tries given back, if it has used up fewer than `limit`, to rest before
 /// it is taken again.
 struct Requeue {
@@ -364,7 +425,11 @@ struct Requeue {
 }
 
 fn abandoned() -> Value {
-    let detail = format!("the job was tried {MAX_TRIES} times, and each time its process ended before it did");
+    let alone = MAX_DEATHS - 1;
+    let detail = format!(
+        "the job was tried {MAX_DEATHS} times, {alone} of them with no other beside it, and each time its process ended \
+         before it did: it takes more memory than there is, or makes the program fail"
+    );
     problem(500, "Internal Server Error", detail)
 }
 

@@ -5,6 +5,7 @@ use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
 use super::tensors::{self, Array};
 use super::{Store, StoreError, blocking};
+use crate::numerics::instruction_set;
 use crate::spectral::{Boundary, SOLVER_VERSION, Spectrum, rung};
 
 /// Which operator the cached eigenpairs belong to: cotangent stiffness, mass by mixed areas.
@@ -13,7 +14,7 @@ const OPERATOR: &str = "cotangent-mixed";
 /// Rows of eigenfunctions that are decoded together.
 const ROWS: usize = 64;
 
-/// What a spectrum is of. Operator and version of the solver are added where it is stored.
+/// What a spectrum is of. Operator, version of the solver and instruction set are added where it is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SpectrumKey {
     /// Content of the mesh that was decomposed.
@@ -27,11 +28,17 @@ impl SpectrumKey {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
         };
-        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}", self.shape_hash.to_hex())
+        let instructions = instruction_set();
+        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}-{instructions}", self.shape_hash.to_hex())
     }
 }
 
 impl Store {
+    /// What the computation of at least `k` eigenpairs is claimed by.
+    pub fn spectrum_name(&self, key: &SpectrumKey, k: usize) -> String {
+        blob(&self.cached_as(&key.folder()), rung(k))
+    }
+
     /// At least `k` eigenpairs where they are cached, and just those that would be computed: [`rung`] of them, or all
     /// there are. A longer spectrum cut short has other functions within repeated eigenvalues. Nothing where it is
     /// damaged, so that it is computed and written anew.
@@ -39,7 +46,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
-        let folder = key.folder();
+        let folder = self.cached_as(&key.folder());
         let cached = self.blobs.names(&folder).await?;
         let lengths = cached.iter().filter_map(|name| length(name));
         let Some(length) = lengths.filter(|length| (k..=rung(k)).contains(length)).max() else { return Ok(None) };
@@ -49,15 +56,20 @@ impl Store {
         Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a spectrum cannot be read")).ok())
     }
 
-    /// Caches a spectrum under its number of eigenpairs.
+    /// Caches a spectrum under its number of eigenpairs, for as long as there is the shape it was made for.
     ///
     /// # Errors
-    /// What the disk said.
-    pub async fn put_spectrum(&self, key: &SpectrumKey, spectrum: impl Into<Arc<Spectrum>>) -> Result<(), StoreError> {
+    /// What the disk or the database said.
+    pub async fn put_spectrum(
+        &self,
+        key: &SpectrumKey,
+        spectrum: impl Into<Arc<Spectrum>>,
+        shape: Option<&str>,
+    ) -> Result<(), StoreError> {
         let spectrum = spectrum.into();
-        let name = blob(&key.folder(), spectrum.len());
+        let name = blob(&self.cached_as(&key.folder()), spectrum.len());
         let encoded = move || encode(&spectrum).map_err(|error| StoreError::damaged("the spectrum", error));
-        self.blobs.put(&name, blocking(encoded).await?).await
+        self.put_cached(&name, blocking(encoded).await?, shape).await
     }
 }
 
@@ -126,7 +138,7 @@ mod tests {
     #[tokio::test]
     async fn a_spectrum_survives_bit_for_bit() {
         let (directory, store) = fresh().await;
-        store.put_spectrum(&KEY, numbered(9, 4)).await.unwrap();
+        store.put_spectrum(&KEY, numbered(9, 4), None).await.unwrap();
         drop(store);
         let found = open(&directory).await.spectrum(&KEY, 4).await.unwrap();
         assert_eq!(found, Some(numbered(9, 4)));
@@ -136,7 +148,7 @@ mod tests {
     async fn all_there_are_serve_any_request_on_their_rung() {
         let (_directory, store) = fresh().await;
         assert_eq!(store.spectrum(&KEY, 1).await.unwrap(), None);
-        store.put_spectrum(&KEY, numbered(9, 5)).await.unwrap();
+        store.put_spectrum(&KEY, numbered(9, 5), None).await.unwrap();
         assert_eq!(store.spectrum(&KEY, 3).await.unwrap(), Some(numbered(9, 5)));
         assert_eq!(store.spectrum(&KEY, 6).await.unwrap(), None);
     }
@@ -144,10 +156,10 @@ mod tests {
     #[tokio::test]
     async fn what_is_served_does_not_depend_on_what_else_is_cached() {
         let (_directory, store) = fresh().await;
-        store.put_spectrum(&KEY, numbered(70, 60)).await.unwrap();
+        store.put_spectrum(&KEY, numbered(70, 60), None).await.unwrap();
         assert_eq!(store.spectrum(&KEY, 20).await.unwrap(), None);
         assert_eq!(store.spectrum(&KEY, 21).await.unwrap(), Some(numbered(70, 60)));
-        store.put_spectrum(&KEY, numbered(70, 20)).await.unwrap();
+        store.put_spectrum(&KEY, numbered(70, 20), None).await.unwrap();
         assert_eq!(store.spectrum(&KEY, 7).await.unwrap(), Some(numbered(70, 20)));
         assert_eq!(store.spectrum(&KEY, 60).await.unwrap(), Some(numbered(70, 60)));
     }
@@ -155,7 +167,7 @@ mod tests {
     #[tokio::test]
     async fn boundary_and_mesh_are_told_apart() {
         let (_directory, store) = fresh().await;
-        store.put_spectrum(&KEY, numbered(9, 5)).await.unwrap();
+        store.put_spectrum(&KEY, numbered(9, 5), None).await.unwrap();
         let fixed = SpectrumKey { boundary: Boundary::Dirichlet, ..KEY };
         let other = SpectrumKey { shape_hash: blake3::Hash::from_bytes([8; 32]), ..KEY };
         assert_eq!(store.spectrum(&fixed, 5).await.unwrap(), None);
@@ -165,13 +177,13 @@ mod tests {
     #[tokio::test]
     async fn a_damaged_spectrum_is_written_anew() {
         let (directory, store) = fresh().await;
-        store.put_spectrum(&KEY, numbered(700, 5)).await.unwrap();
+        store.put_spectrum(&KEY, numbered(700, 5), None).await.unwrap();
         let file = directory.path().join("data/blobs").join(blob(&KEY.folder(), 5));
         let whole = fs::read(&file).unwrap();
         for damaged in damaged(&whole) {
             fs::write(&file, damaged).unwrap();
             assert_eq!(store.spectrum(&KEY, 5).await.unwrap(), None);
-            store.put_spectrum(&KEY, numbered(700, 5)).await.unwrap();
+            store.put_spectrum(&KEY, numbered(700, 5), None).await.unwrap();
             assert_eq!(store.spectrum(&KEY, 5).await.unwrap(), Some(numbered(700, 5)));
         }
     }

@@ -1,25 +1,34 @@
 //! What processes that died left behind.
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
-use super::geometry;
 use super::{Store, StoreError};
 
 impl Store {
-    /// Sets aside the blobs that no row names: those of uploads and attempts that died between the blob and the row.
-    pub(super) async fn sweep(&self) -> Result<(), StoreError> {
-        let geometries = self.names_in("SELECT DISTINCT geometry FROM shapes").await?;
-        let geometries = geometries.iter().map(|name| geometry::blob(name)).collect();
-        let files = self.names_in("SELECT DISTINCT file FROM shapes WHERE file IS NOT NULL").await?;
-        let results = self.names_in("SELECT result FROM jobs WHERE result IS NOT NULL").await?;
-        for (folder, named) in [("shapes", geometries), ("files", files), ("results", results)] {
-            for name in self.blobs.names(folder).await? {
-                if !named.contains(&name) {
-                    self.blobs.set_aside(&name).await?;
-                }
+    /// Sets aside the blobs that were written so long ago and no row names: those of uploads and attempts that died between
+    /// the blob and the row. Returns how many. `age` is more than an upload or the report of a result takes, or nothing where
+    /// nobody else is at work.
+    ///
+    /// # Errors
+    /// What the database or the disk said.
+    pub async fn sweep(&self, age: Duration) -> Result<usize, StoreError> {
+        let mut swept = 0;
+        for (folder, naming) in [
+            ("shapes", "SELECT geometry_blob FROM shapes"),
+            ("files", "SELECT file FROM shapes WHERE file IS NOT NULL"),
+            ("results", "SELECT result FROM jobs WHERE result IS NOT NULL"),
+        ] {
+            // Names first, for a row may come while they are looked through.
+            let blobs = self.blobs.names_older_than(folder, age).await?;
+            let named = self.names_in(naming).await?;
+            for name in blobs.iter().filter(|name| !named.contains(*name)) {
+                self.blobs.set_aside(name).await?;
+                swept += 1;
             }
         }
-        self.forget_checks().await
+        self.forget_checks(age).await?;
+        Ok(swept)
     }
 
     async fn names_in(&self, sql: &'static str) -> Result<BTreeSet<String>, StoreError> {

@@ -1,7 +1,10 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::Duration;
 
+use rustix::time::{ClockId, clock_gettime};
+use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
@@ -9,7 +12,7 @@ use super::measures::{self, Ended};
 use super::report;
 use super::workshop::Workshop;
 use crate::jobs::{Failure, Outcome, Progress};
-use crate::store::Lease;
+use crate::store::{Lease, Store};
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
@@ -70,14 +73,31 @@ async fn carry_out(workshop: &Arc<Workshop>, lease: &Lease) -> Ended {
 /// Starts the computation on the pool; the receiver gets its outcome, a panic included.
 fn start(workshop: &Arc<Workshop>, lease: Lease, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
     let (sender, receiver) = oneshot::channel();
-    let there = workshop.clone();
+    let (there, runtime) = (workshop.clone(), Handle::current());
     workshop.pool.spawn(move || {
+        let begun = processor_time();
         let run = AssertUnwindSafe(|| (there.body)(&lease, &there.bench, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));
+        charge(&runtime, there.store().of(&lease.job.tenant), processor_time().saturating_sub(begun));
         // Nobody listens any more when the bench has stopped.
         let _ = sender.send(outcome);
     });
     receiver
+}
+
+/// The processor time that this thread has had.
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::try_from(time).unwrap_or_default()
+}
+
+/// Has the tenant's account show what a job took; the job does not wait for it, nor fail by it.
+fn charge(runtime: &Handle, store: Store, cpu: Duration) {
+    runtime.spawn(async move {
+        if let Err(error) = store.charge(cpu).await {
+            tracing::warn!(%error, "the processor time of a job is not counted");
+        }
+    });
 }
 
 fn message(panic: Box<dyn Any + Send>) -> String {

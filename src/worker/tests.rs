@@ -3,7 +3,6 @@ use std::sync::mpsc;
 
 use bytes::Bytes;
 use serde_json::{Value, json};
-use tempfile::TempDir;
 use tokio::task::JoinHandle;
 
 use super::*;
@@ -13,7 +12,7 @@ use crate::numerics::Watch;
 use crate::pipeline::Settings;
 use crate::posing::request::PoseRequest;
 use crate::spectral::Boundary;
-use crate::store::testing::{fresh, make_rests_short};
+use crate::store::testing::{ALL, Place, fresh, make_rests_short};
 use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, State, Submitted};
 
 const MATCH: &str = Settings::NAME;
@@ -21,7 +20,7 @@ const SPECTRUM: &str = Decomposition::NAME;
 
 /// A worker in the background, on a store of its own.
 struct Running {
-    _directory: TempDir,
+    _directory: Place,
     store: Store,
     shutdown: CancellationToken,
     worker: JoinHandle<()>,
@@ -83,7 +82,7 @@ impl Running {
         }
     }
 
-    async fn stop(self) -> (TempDir, Store) {
+    async fn stop(self) -> (Place, Store) {
         self.shutdown.cancel();
         self.worker.await.unwrap();
         (self._directory, self.store)
@@ -176,6 +175,26 @@ async fn a_refusal_is_final_and_a_mishap_is_tried_again() {
     assert_eq!(running.reaches(&mishap, State::Failed).await.attempt, crate::store::MAX_TRIES);
     assert_eq!(running.reaches(&lacking, State::Succeeded).await.attempt, 4);
     hurry.abort();
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn a_job_that_takes_more_than_is_free_waits_for_those_that_run() {
+    let running = Running::with(Config { workers: 2, memory: 0, ..Config::default() }, as_told).await;
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
+    let places = Places { queue: 9, of_kind: 9 };
+    let mut ids = Vec::new();
+    for payload in ["\"go on\"", "1"] {
+        let job = NewJob { mesh: Some(&shape.id), bytes_per_vertex: 1, ..NewJob::of(MATCH, payload) };
+        let Submitted::Taken(job) = running.store.submit(&job, places).await.unwrap() else { panic!("there is place") };
+        ids.push(job.id);
+    }
+    running.reaches(&ids[0], State::Running).await;
+    // The job that runs is beaten for meanwhile, and a thread is free.
+    running.store.job_changes(&ids[0]).changed().await;
+    assert_eq!(running.store.queued(MATCH).await.unwrap(), 1);
+    running.store.cancel(&ids[0]).await.unwrap();
+    running.reaches(&ids[1], State::Succeeded).await;
     running.stop().await;
 }
 
@@ -291,7 +310,7 @@ async fn after_the_grace_running_jobs_are_given_back() {
     let (_directory, store) = running.stop().await;
     let job = store.job(&id).await.unwrap().unwrap();
     assert_eq!((job.state, job.started_ms, job.stage), (State::Queued, None, None));
-    assert_eq!(store.claim(&[MATCH]).await.unwrap().unwrap().job.attempt, 2);
+    assert_eq!(store.claim(&[MATCH], ALL).await.unwrap().unwrap().job.attempt, 2);
 }
 
 fn octahedron() -> TriangleMesh {

@@ -164,3 +164,61 @@ fn a_server_is_asked_for_its_health() {
         assert!(refusal(program("health").args(["--url", url])).contains(url));
     }
 }
+
+/// A case whose truth is known, the ellipse and the ellipsoid, in a folder of cases.
+fn cases(desk: &Desk) -> PathBuf {
+    let (dir, truth) = (desk.path("cases"), r#"{"side": false, "points": [[0, 0]], "variants": {"front": [5]}}"#);
+    fs::create_dir_all(dir.join("one")).unwrap();
+    fs::copy(&desk.sketch, dir.join("one/sketch.json")).unwrap();
+    fs::copy(&desk.mesh, dir.join("one/mesh.obj")).unwrap();
+    fs::write(dir.join("one/truth.json"), truth).unwrap();
+    dir
+}
+
+#[test]
+fn a_result_is_judged_by_its_truth() {
+    let desk = Desk::new();
+    let (truth, result) = (cases(&desk).join("one/truth.json"), desk.path("r.json"));
+    let matched = program("match").args([&desk.sketch, &desk.mesh]).arg("-o").arg(&result).output().unwrap();
+    assert!(matched.status.success(), "{}", said(&matched));
+    let judged = program("evaluate").args([&result, &truth]).output().unwrap();
+    assert!(said(&judged).contains("held to front") && judged.status.success(), "{}", said(&judged));
+    let found: Value = serde_json::from_slice(&judged.stdout).unwrap();
+    assert_eq!(found["pairs"]["points"].as_array().unwrap().len(), 1, "{found}");
+    for (name, begins) in [("e.csv", "point,x,y,"), ("e.svg", "<svg"), ("e.json", "{\"pairs\"")] {
+        let path = desk.path(name);
+        assert!(program("evaluate").args([&result, &truth]).arg("-o").arg(&path).output().unwrap().status.success());
+        assert!(fs::read_to_string(&path).unwrap().starts_with(begins), "{name}");
+    }
+    let tetrahedron = desk.path("t.obj");
+    fs::write(&tetrahedron, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n").unwrap();
+    let other = refusal(program("evaluate").args([&result, &truth]).arg("--mesh").arg(&tetrahedron));
+    assert!(other.contains("names vertex"), "{other}");
+    fs::write(desk.path("t.json"), r#"{"labels": {"sketch": [], "mesh": []}}"#).unwrap();
+    let unfit = refusal(program("evaluate").args([&result, &desk.path("t.json")]));
+    assert!(unfit.contains("/labels/mesh: must have a label for each"), "{unfit}");
+}
+
+#[test]
+fn a_matrix_of_requests_is_judged_over_all_cases_and_not_again() {
+    let desk = Desk::new();
+    let (cases, out, matrix) = (cases(&desk), desk.path("out"), desk.path("m.json"));
+    let kinds = r#"{"l1": {"regulariser": {"type": "l1"}}, "l2": {"regulariser": {"type": "l2"}}}"#;
+    fs::write(&matrix, format!(r#"[{{"thesis": {{"preset": "thesis"}}}}, {kinds}]"#)).unwrap();
+    let run = || {
+        let mut command = program("evaluate-all");
+        let output = command.arg(&cases).arg("--matrix").arg(&matrix).arg("-o").arg(&out).output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        ["records.csv", "summary.csv", "curves.svg", "curves.png"].map(|name| fs::read(out.join(name)).unwrap())
+    };
+    let first = run();
+    let records = String::from_utf8(first[0].clone()).unwrap();
+    assert_eq!(records.lines().count(), 3, "{records}");
+    assert!(records.lines().nth(1).unwrap().starts_with("thesis l1,one,false,"), "{records}");
+    let written = fs::metadata(out.join("records/thesis/l1/one.json")).unwrap().modified().unwrap();
+    assert_eq!(run(), first);
+    assert_eq!(fs::metadata(out.join("records/thesis/l1/one.json")).unwrap().modified().unwrap(), written);
+    fs::write(&matrix, r#"[{"wrong": {"basis": {"k": 0}}}]"#).unwrap();
+    let refused = refusal(program("evaluate-all").arg(&cases).arg("--matrix").arg(&matrix).arg("-o").arg(&out));
+    assert!(refused.contains("request \"wrong\": /basis/k"), "{refused}");
+}

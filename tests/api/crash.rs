@@ -110,7 +110,7 @@ async fn what_is_kept_is_readable_by_the_server_alone() {
         "sketchmatch_jobs_total{kind=\"match\",outcome=\"succeeded\"} 1",
         "sketchmatch_jobs_total{kind=\"match\",outcome=\"failed\"} 0",
         "sketchmatch_jobs_queued{kind=\"spectrum\"} 0",
-        "# HELP sketchmatch_disk_free_bytes Bytes that are free on the disk of the data directory.",
+        "# HELP sketchmatch_disk_free_bytes Bytes that are free on the disk of the data directory; not a number where nothing is kept on one.",
         concat!("sketchmatch_build_info{version=\"", env!("CARGO_PKG_VERSION"), "\"} 1"),
     ] {
         assert!(measures.lines().any(|found| found == line), "{line}: {measures}");

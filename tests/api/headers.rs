@@ -150,3 +150,18 @@ async fn the_service_tells_its_state() {
         assert_eq!(server.read(&path).await, *regulariser);
     }
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn browsers_are_told_to_take_answers_for_what_they_are() {
+    let server = Server::idle(Config::default()).await;
+    let mesh = server.mesh().await;
+    let picture = format!("/v1/meshes/{mesh}/picture?format=svg&width=100");
+    for path in ["/v1/regularisers", "/nothing", "/healthz", &picture] {
+        let answer = server.get(path).send().await.unwrap();
+        assert_eq!(header(&answer, "x-content-type-options"), "nosniff", "{path}");
+        assert_eq!(header(&answer, "referrer-policy"), "no-referrer", "{path}");
+        assert!(header(&answer, "content-security-policy").starts_with("default-src 'none'"), "{path}");
+    }
+    let docs = server.get("/docs/").send().await.unwrap();
+    assert!(header(&docs, "content-security-policy").starts_with("default-src 'self'"));
+}

@@ -6,7 +6,7 @@ use sketchmatch::http::Config;
 use crate::server::{Server, header, id, json_of, problem_of};
 
 /// Where the ellipse that is matched ends, along x and along y.
-async fn corners(server: &Server, result: &Value) -> [[f64; 2]; 2] {
+pub async fn corners(server: &Server, result: &Value) -> [[f64; 2]; 2] {
     let sketch = server.read(&format!("/v1/sketches/{}/mesh", result["sketch"].as_str().unwrap())).await;
     let points: Vec<[f64; 2]> = serde_json::from_value(sketch["vertices"].clone()).unwrap();
     [f64::min as fn(f64, f64) -> f64, f64::max]
@@ -14,7 +14,7 @@ async fn corners(server: &Server, result: &Value) -> [[f64; 2]; 2] {
 }
 
 /// A request that bends the ellipse: its right end turned by each of the angles.
-fn bend(matched: &str, [low, high]: [[f64; 2]; 2], degrees: &[f64]) -> Value {
+pub fn bend(matched: &str, [low, high]: [[f64; 2]; 2], degrees: &[f64]) -> Value {
     let at = |share: f64| [low[0] + share * (high[0] - low[0]), 0.5 * (low[1] + high[1])];
     let frames = degrees.iter().map(|degrees| {
         json!([

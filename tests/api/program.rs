@@ -38,8 +38,10 @@ impl Program {
     }
 
     fn unread(data: &Path, options: &[&str]) -> (Program, Log) {
+        let serve = ["serve", "--listen", "127.0.0.1:0", "--log-format", "json"];
         let mut child = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--log-format", "json", "--data-dir"])
+            .args(serve)
+            .arg("--data-dir")
             .arg(data)
             .args(options)
             // What is freed goes back to the system at once, so that its memory is what is in use, not what the allocator

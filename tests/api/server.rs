@@ -1,10 +1,14 @@
 //! A server on a free port over a data directory of its own.
 
 use std::path::Path;
+use std::time::SystemTime;
 
 use metrics_exporter_prometheus::PrometheusBuilder;
+use reqwest::header::{AUTHORIZATION, HeaderValue};
 use reqwest::{Client, RequestBuilder, Response};
 use serde_json::{Value, json};
+use sketchmatch::access::{Key, Scopes};
+use sketchmatch::http::admission::Admission;
 use sketchmatch::http::{self, App};
 use sketchmatch::store::{self, Store};
 use sketchmatch::worker;
@@ -18,6 +22,7 @@ use crate::drawings;
 pub struct Server {
     client: Client,
     address: String,
+    store: Store,
     _stop: DropGuard,
     data: TempDir,
 }
@@ -33,9 +38,15 @@ impl Server {
         Server::start(config, false).await
     }
 
+    /// A server with one worker that lets in who has a key in its database.
+    pub async fn for_keyholders() -> Server {
+        let config = http::Config { admission: Admission::Keyholders(None), ..http::Config::default() };
+        Server::start(config, true).await
+    }
+
     async fn start(config: http::Config, works: bool) -> Server {
         let data = tempfile::tempdir().unwrap();
-        let store = Store::open(&store::Config { data_dir: data.path().to_owned() }).await.unwrap();
+        let store = Store::open(&store::Config::local(data.path())).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = format!("http://{}", listener.local_addr().unwrap());
         let shutdown = CancellationToken::new();
@@ -44,9 +55,42 @@ impl Server {
             tokio::spawn(worker::run(store.clone(), config, shutdown.clone()));
         }
         let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, config, measures, shutdown.clone());
+        let app = App::new(store.clone(), config, measures, shutdown.clone());
         tokio::spawn(http::serve(listener, app));
-        Server { client: Client::new(), address, _stop: shutdown.drop_guard(), data }
+        Server { client: Client::new(), address, store, _stop: shutdown.drop_guard(), data }
+    }
+
+    /// Lets every request that names no key come with this one.
+    pub fn send(&mut self, key: &str) {
+        let header = (AUTHORIZATION, HeaderValue::try_from(format!("Bearer {key}")).unwrap());
+        self.client = Client::builder().default_headers([header].into_iter().collect()).build().unwrap();
+    }
+
+    /// A request with this key or none.
+    pub fn request_with(&self, key: Option<&str>, method: &str, path: &str) -> RequestBuilder {
+        let request = Client::new().request(method.parse().unwrap(), format!("{}{path}", self.address));
+        match key {
+            Some(key) => request.bearer_auth(key),
+            None => request,
+        }
+    }
+
+    /// A new key in its database, and the id of the key.
+    pub async fn key(&self, tenant: &str, scopes: &str, expires: Option<SystemTime>) -> (String, String) {
+        let (key, tenant, scopes) =
+            (Key::random().unwrap(), tenant.parse().unwrap(), scopes.parse::<Scopes>().unwrap());
+        let id = self.store.keys().add(&key, (&tenant, &scopes), None, expires).await.unwrap();
+        (key.reveal().to_owned(), id)
+    }
+
+    /// Lets a key open nothing any more.
+    pub async fn revoke(&self, id: &str) {
+        assert!(self.store.keys().revoke(id).await.unwrap());
+    }
+
+    /// Where it answers.
+    pub fn address(&self) -> &str {
+        &self.address
     }
 
     /// Where it keeps everything.
@@ -94,6 +138,16 @@ impl Server {
         let mut request = json!({"mesh": mesh, "sketch": sketch});
         request.as_object_mut().unwrap().extend(besides.as_object().unwrap().clone());
         self.post("/v1/matches").json(&request)
+    }
+
+    /// The path of a match without an alignment that has succeeded: it takes a moment.
+    pub async fn intrinsic_match(&self, besides: Value) -> String {
+        let mut request = json!({"preset": "thesis", "basis": {"k": 12}, "regions": {"method": "auto", "count": 4}});
+        request.as_object_mut().unwrap().extend(besides.as_object().unwrap().clone());
+        let request = self.request_match(request).await.header("prefer", "wait=60");
+        let body = json_of(request.send().await.unwrap(), 200).await;
+        assert_eq!(body["status"], "succeeded", "{body}");
+        body["links"]["self"].as_str().unwrap().to_owned()
     }
 
     /// The path of a match that has succeeded.

@@ -16,8 +16,10 @@ import { named } from "./panels/words";
 import { Sheet } from "./sheet/Sheet";
 import { dismiss, meshState } from "./state/mesh";
 import { untaken } from "./state/taking";
+import { tool } from "./state/tools";
 import { MeshView } from "./view/MeshView";
 
+const Pose = lazy(() => import("./posing/Pose"));
 const Inside = lazy(() => import("./inside/Inside"));
 
 export function App() {
@@ -52,6 +54,11 @@ export function App() {
             </p>
           </section>
         </div>
+        {tool.value === "pose" && (
+          <Suspense fallback={null}>
+            <Pose />
+          </Suspense>
+        )}
         <Status />
         <div class="corrections">
           <Alternatives />

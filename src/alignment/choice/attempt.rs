@@ -241,6 +241,10 @@ fn terms(
             let ups = [upright.sketch, frame.project(upright.mesh)];
             explanation::turned_about([&scene.shape.contour.curve, &outline.curve], ups)
         }),
+        askew: scene.upright.map_or(0.0, |upright| {
+            let samples = scene.mesh.distances.samples.iter().map(|&v| scene.mesh.positions[v as usize]);
+            explanation::askew(samples, scene.mesh.symmetry.normal, upright.mesh, toward)
+        }),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::alignment::scene::Scene;
 use crate::alignment::scene::upright::Upright;
-use crate::geometry::dot;
 use crate::geometry::frame::Frame;
+use crate::geometry::{cross, dot, length as length_of, unit};
 
 /// The distance from the nearest answer, in units of √area, from which a place of the mesh counts as left out, and that at
 /// which it counts fully.
@@ -129,6 +129,27 @@ fn overhang(curve: &[[f64; 2]], up: [f64; 2]) -> f64 {
     (before - behind) / (before + behind + MUCH)
 }
 
+/// A body longer from front to back than so much of its height is mostly drawn from its side, another from its front.
+const LONG: f64 = 0.6;
+
+/// 1 − |cos| of the angle between the camera and the side that bodies of this build are mostly drawn from: that of a
+/// four-legged one along the `normal` of its plane of symmetry, that of an upright one at right angles to it and to `up`.
+/// `points` are spread over the body; the directions have length 1.
+pub fn askew(points: impl Iterator<Item = [f64; 3]> + Clone, normal: [f64; 3], up: [f64; 3], toward: [f64; 3]) -> f64 {
+    let across = cross(normal, up);
+    // Where the plane of symmetry lies flat the build says nothing.
+    if length_of(across) < STANDING {
+        return 0.0;
+    }
+    let ahead = unit(across);
+    let extent = |direction: [f64; 3]| {
+        let along = points.clone().map(|point| dot(point, direction));
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    let side = if extent(ahead) > LONG * extent(up) { normal } else { ahead };
+    1.0 - dot(side, toward).abs()
+}
+
 /// (1 − cos)/2 of the angle between the ups in the picture, where the sketch lies turned.
 pub fn tilt(upright: &Upright, frame: &Frame, turn: &Turn) -> f64 {
     let ([x, y], seen) = (turn.of(upright.sketch), frame.project(upright.mesh));
@@ -218,6 +239,17 @@ mod tests {
         assert!(turned_about([&animal, &about], [up, up]) > 0.7);
         // Seen from above nothing stands.
         assert_eq!(turned_about([&animal, &about], [up, [0.0, 0.2]]), 0.0);
+    }
+
+    #[test]
+    fn a_long_body_is_drawn_from_its_side_and_an_upright_one_from_its_front() {
+        let (across, ahead, up) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        let built = |[x, y, z]: [f64; 3]| [[0.0; 3], [x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]].into_iter();
+        let (horse, person) = (built([0.5, 2.0, 1.5]), built([1.6, 0.3, 1.8]));
+        let behind = ahead.map(|x| -x);
+        assert_eq!([across, ahead, up].map(|toward| askew(horse.clone(), across, up, toward)), [0.0, 1.0, 1.0]);
+        assert_eq!(askew(horse.clone(), up, up, ahead), 0.0);
+        assert_eq!([across, ahead, behind].map(|toward| askew(person.clone(), across, up, toward)), [1.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -23,10 +23,12 @@ pub struct Terms {
     pub uncovered: f64,
     /// How much figure and silhouette reach over their feet on different sides, from 0 to 1.
     pub turned_about: f64,
+    /// 1 − cos of the angle between the camera and the side such a body is mostly drawn from.
+    pub askew: f64,
 }
 
 impl Terms {
-    const COUNT: usize = 10;
+    const COUNT: usize = 11;
 
     /// The names of the values.
     pub const NAMES: [&str; Terms::COUNT] = [
@@ -40,6 +42,7 @@ impl Terms {
         "disorder",
         "uncovered",
         "turned_about",
+        "askew",
     ];
 
     /// In the order of their names.
@@ -55,6 +58,7 @@ impl Terms {
             self.disorder,
             self.uncovered,
             self.turned_about,
+            self.askew,
         ]
     }
 
@@ -65,4 +69,4 @@ impl Terms {
 }
 
 /// What each weighs, in the order of the values; the outlines' cost is the unit.
-pub const WEIGHTS: [f64; 10] = [1.0, 1.4, 0.01, 0.015, 0.03, 0.08, 0.05, 0.06, 0.25, 0.1];
+pub const WEIGHTS: [f64; 11] = [1.0, 0.8, 0.005, 0.016, 0.025, 0.06, 0.08, 0.03, 0.17, 0.1, 0.05];

@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use super::{About, Formula, Found, Search, Term, entries, iterated, step};
+use super::{About, EXACT, EXACT_ITERATIONS, Formula, Found, Search, Term, entries, iterated, step};
 use crate::functional_map::parameter::{Declared, word};
 use crate::functional_map::ridge;
 use crate::numerics::conjugate_gradient::{self, Smooth};
@@ -36,14 +36,20 @@ pub(super) static ABOUT: About = About {
         text: "‖C A − B‖²_F + γ ‖W ⊙ C‖²_F", latex: r"\|CA - B\|_F^2 + \gamma \|W \odot C\|_F^2"
     },
     equation: "3.6",
-    solver: "exact row by row, or conjugate gradients (Hestenes and Stiefel) with backtracking",
+    solver: "exact row by row where no terms are added, or conjugate gradients (Hestenes and Stiefel) with backtracking",
     parameters: L2::PARAMETERS,
 };
 
 impl Term for L2 {
     fn minimiser(&self, search: Search<'_>) -> Found {
         match self.solver {
-            L2Solver::Exact => self.exactly(search),
+            L2Solver::Exact if search.problem.is_of_rows() => self.exactly(search),
+            L2Solver::Exact => {
+                // Commutators tie the rows together; as far as descent can be judged this is exact too.
+                let L2 { gamma, solver, .. } = *self;
+                let to_the_end = L2 { gamma, solver, max_iterations: EXACT_ITERATIONS, tolerance: EXACT };
+                to_the_end.by_conjugate_gradients(search)
+            }
             L2Solver::ConjugateGradient => self.by_conjugate_gradients(search),
         }
     }

@@ -7,7 +7,9 @@
 mod l1;
 mod l2;
 mod least_squares;
+mod matrix_completion;
 mod nuclear;
+mod permuted_l1;
 mod search;
 
 use faer::{Mat, MatRef};
@@ -60,6 +62,8 @@ regularisers! {
     L2 = l2::L2,
     L1 = l1::L1,
     Nuclear = nuclear::Nuclear,
+    PermutedL1 = permuted_l1::PermutedL1,
+    MatrixCompletion = matrix_completion::MatrixCompletion,
 }
 
 impl Regulariser {
@@ -101,7 +105,7 @@ pub struct About {
 
 impl About {
     /// The schema of the `regulariser` in a request.
-    pub(super) fn schema(&self) -> ObjectBuilder {
+    pub(in crate::functional_map) fn schema(&self) -> ObjectBuilder {
         let tag = ObjectBuilder::new().schema_type(Type::String).enum_values(Some([self.r#type]));
         let object = ObjectBuilder::new().description(Some(self.title)).property("type", tag).required("type");
         let parameters = self.parameters.iter();
@@ -164,6 +168,11 @@ const TOLERANCE: Declared<f64> = number(
     0.0,
     1.0,
 );
+
+/// Where a quadratic is to be minimised to the end by conjugate gradients: the residual relative to max(1, ‖C‖), below
+/// which descent is hard to judge by values, and iterations that hardly any needs.
+const EXACT: f64 = 1e-8;
+const EXACT_ITERATIONS: usize = 5_000;
 
 /// 1/L, the step for a gradient with the Lipschitz constant L; 1 for a data term without constraints, where any will do.
 fn step(lipschitz: f64) -> f64 {

@@ -21,12 +21,26 @@ const OF_MESH: &[&str] = &[
     "read_mesh_geometry",
     "read_mesh_components",
     "read_mesh_spectrum",
+    "read_mesh_functions",
+    "read_mesh_segmentation",
+    "rebuild_mesh",
+    "sign_mesh",
     "draw_mesh",
     "rename_mesh",
     "delete_mesh",
 ];
-const OF_SKETCH: &[&str] =
-    &["read_sketch", "read_sketch_geometry", "read_sketch_spectrum", "draw_sketch", "rename_sketch", "delete_sketch"];
+const OF_SKETCH: &[&str] = &[
+    "read_sketch",
+    "read_sketch_geometry",
+    "read_sketch_spectrum",
+    "read_sketch_functions",
+    "read_sketch_segmentation",
+    "rebuild_sketch",
+    "sign_sketch",
+    "draw_sketch",
+    "rename_sketch",
+    "delete_sketch",
+];
 const OF_MATCH: &[&str] = &[
     "read_match",
     "follow_match",
@@ -34,12 +48,25 @@ const OF_MATCH: &[&str] = &[
     "draw_match",
     "draw_matrix",
     "read_match_mesh",
+    "read_inside",
+    "read_inverse",
+    "evaluate_match",
+    "transfer",
+    "sign_match",
     "cancel_match",
     "end_match",
 ];
 
-const OF_POSE: &[&str] =
-    &["read_pose", "follow_pose", "read_pose_result", "read_pose_basis", "draw_pose", "cancel_pose", "end_pose"];
+const OF_POSE: &[&str] = &[
+    "read_pose",
+    "follow_pose",
+    "read_pose_result",
+    "read_pose_basis",
+    "draw_pose",
+    "sign_pose",
+    "cancel_pose",
+    "end_pose",
+];
 
 const LINKS: &[Link] = &[
     Link::by_id("upload_mesh", &["200", "201"], OF_MESH),

@@ -4,6 +4,7 @@ mod calls;
 mod examples;
 mod links;
 mod parts;
+mod security;
 mod unions;
 
 use axum::Router;
@@ -14,8 +15,8 @@ use utoipa_axum::routes;
 
 use super::problem::Problem;
 use super::{
-    App, events, examples as creatures, geometry, health, matches, meshes, pictures, portraits, pose_results, poses,
-    regularisers, results, sketches, spectra,
+    Service, evaluations, events, examples as creatures, functions, geometry, health, inside, links as signed, matches,
+    meshes, pictures, portraits, pose_results, poses, regularisers, results, sketches, spectra, sweeps, transfers,
 };
 
 #[derive(OpenApi)]
@@ -36,23 +37,38 @@ use super::{
 struct Head;
 
 /// Every route beside the document that describes it.
-pub(super) fn routes() -> (Router<App>, Value) {
+pub(super) fn routes() -> (Router<Service>, Value) {
     let router = OpenApiRouter::with_openapi(Head::openapi())
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::rename, meshes::delete))
         .routes(routes!(meshes::components))
+        .routes(routes!(signed::of_mesh))
+        .routes(routes!(signed::of_sketch))
+        .routes(routes!(signed::of_match))
+        .routes(routes!(signed::of_pose))
         .routes(routes!(geometry::of_mesh))
         .routes(routes!(portraits::of_mesh))
         .routes(routes!(portraits::of_sketch))
         .routes(routes!(spectra::of_mesh))
+        .routes(routes!(functions::of_mesh))
+        .routes(routes!(functions::segments_of_mesh))
+        .routes(routes!(functions::rebuilt_mesh))
         .routes(routes!(sketches::upload, sketches::list))
         .routes(routes!(sketches::read, sketches::rename, sketches::delete))
         .routes(routes!(geometry::of_sketch))
         .routes(routes!(spectra::of_sketch))
+        .routes(routes!(functions::of_sketch))
+        .routes(routes!(functions::segments_of_sketch))
+        .routes(routes!(functions::rebuilt_sketch))
         .routes(routes!(matches::create, matches::list))
+        .routes(routes!(sweeps::create))
         .routes(routes!(matches::read, matches::end))
         .routes(routes!(matches::cancel))
         .routes(routes!(results::read))
+        .routes(routes!(evaluations::create))
+        .routes(routes!(inside::read))
+        .routes(routes!(transfers::create))
+        .routes(routes!(transfers::inverse))
         .routes(routes!(pictures::of_match))
         .routes(routes!(pictures::of_matrix))
         .routes(routes!(pictures::of_mesh))
@@ -69,6 +85,8 @@ pub(super) fn routes() -> (Router<App>, Value) {
         .routes(routes!(creatures::sketch))
         .routes(routes!(regularisers::list))
         .routes(routes!(regularisers::read))
+        .routes(routes!(regularisers::terms))
+        .routes(routes!(regularisers::bases))
         .routes(routes!(health::alive))
         .routes(routes!(health::ready))
         .routes(routes!(health::measures));
@@ -85,6 +103,7 @@ pub fn document() -> Value {
 fn finished(mut document: Value) -> Value {
     calls::complete(&mut document);
     links::add(&mut document);
+    security::add(&mut document);
     examples::add(&mut document);
     parts::join(&mut document);
     unions::name_variants(&mut document);

@@ -57,6 +57,18 @@ impl Canvas {
         [0, 1].map(|i| self.origin[i] + self.pixel[i] * point[i])
     }
 
+    /// The colour at a point in the coordinates of the upload, red, green and blue in sRGB, each in `[0, 1]`, on white; that of
+    /// the nearest pixel where it lies outside.
+    pub fn colour_at(&self, point: [f64; 2]) -> [f64; 3] {
+        let place = |axis: usize, count: usize| {
+            let place = ((point[axis] - self.origin[axis]) / self.pixel[axis]).floor();
+            place.clamp(0.0, count.saturating_sub(1) as f64) as usize
+        };
+        let [red, green, blue, opacity] = self.pixels[place(1, self.height) * self.width + place(0, self.width)];
+        let opacity = f64::from(opacity) / 255.0;
+        [red, green, blue].map(|x| opacity * f64::from(x) / 255.0 + 1.0 - opacity)
+    }
+
     /// The colours as they are seen on a page: a white one, or a dark one where most of what is painted is white itself.
     pub fn on_page(&self) -> Vec<[u8; 3]> {
         let painted = self.pixels.iter().filter(|pixel| pixel[3] > SOLID);

@@ -4,7 +4,7 @@ use futures::FutureExt;
 use serde_json::json;
 
 use super::*;
-use crate::store::testing::{fresh, open};
+use crate::store::testing::{ALL, fresh, on_every_database, open};
 use crate::store::{JobChanges, MEMORY};
 
 /// More than any test submits.
@@ -28,7 +28,7 @@ async fn submitted(store: &Store, number: i64) -> Job {
 }
 
 async fn claim(store: &Store) -> Option<Lease> {
-    store.claim(&ANY).await.unwrap()
+    store.claim(&ANY, ALL).await.unwrap()
 }
 
 async fn claimed(store: &Store) -> Lease {
@@ -55,115 +55,127 @@ async fn results(store: &Store) -> Vec<String> {
 
 #[tokio::test]
 async fn jobs_are_claimed_in_order_by_the_kinds_asked_for() {
-    let (_directory, store) = fresh().await;
-    let mut matches = Vec::new();
-    for number in 0..3 {
-        matches.push(submitted(&store, number).await.id);
-    }
-    let spectrum = taken(&store, &NewJob::of(SPECTRUM, "{}")).await;
-    assert_eq!(spectrum.place, Some(1));
-    assert_eq!((store.queued(MATCH).await.unwrap(), store.queued(SPECTRUM).await.unwrap()), (3, 1));
-    let next = async |kinds: &[&str]| store.claim(kinds).await.unwrap().map(|lease| lease.job.id);
-    assert_eq!(next(&[MATCH]).await.as_ref(), Some(&matches[0]));
-    assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, Some(2));
-    assert_eq!(next(&[SPECTRUM, MATCH]).await, Some(spectrum.id));
-    assert_eq!(next(&[SPECTRUM, MATCH]).await.as_ref(), Some(&matches[1]));
-    assert_eq!(next(&[SPECTRUM]).await, None);
-    assert_eq!(next(&ANY).await.as_ref(), Some(&matches[2]));
-    assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, None);
-    assert_eq!((next(&ANY).await, store.queued(MATCH).await.unwrap()), (None, 0));
+    on_every_database(async |_, store| {
+        let mut matches = Vec::new();
+        for number in 0..3 {
+            matches.push(submitted(&store, number).await.id);
+        }
+        let spectrum = taken(&store, &NewJob::of(SPECTRUM, "{}")).await;
+        assert_eq!(spectrum.place, Some(1));
+        assert_eq!((store.queued(MATCH).await.unwrap(), store.queued(SPECTRUM).await.unwrap()), (3, 1));
+        let next = async |kinds: &[&str]| store.claim(kinds, ALL).await.unwrap().map(|lease| lease.job.id);
+        assert_eq!(next(&[MATCH]).await.as_ref(), Some(&matches[0]));
+        assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, Some(2));
+        assert_eq!(next(&[SPECTRUM, MATCH]).await, Some(spectrum.id));
+        assert_eq!(next(&[SPECTRUM, MATCH]).await.as_ref(), Some(&matches[1]));
+        assert_eq!(next(&[SPECTRUM]).await, None);
+        assert_eq!(next(&ANY).await.as_ref(), Some(&matches[2]));
+        assert_eq!(store.job(&matches[2]).await.unwrap().unwrap().place, None);
+        assert_eq!((next(&ANY).await, store.queued(MATCH).await.unwrap()), (None, 0));
+    })
+    .await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn of_many_at_once_no_more_are_taken_than_there_are_places() {
-    let (_directory, store) = fresh().await;
-    let submit = |kind, places| {
-        let store = store.clone();
-        tokio::spawn(async move { store.submit(&NewJob::of(kind, "{}"), places).await.unwrap() })
-    };
-    let taken = async |kind, places| {
-        let submitted: Vec<_> = (0..40).map(|_| submit(kind, places)).collect();
-        let mut taken = 0;
-        for submitted in submitted {
-            taken += usize::from(matches!(submitted.await.unwrap(), Submitted::Taken(_)));
-        }
-        taken
-    };
-    assert_eq!(taken(SPECTRUM, Places { queue: 5, of_kind: 3 }).await, 3);
-    assert_eq!(taken(MATCH, Places { queue: 5, of_kind: 5 }).await, 2);
+    on_every_database(async |_, store| {
+        let submit = |kind, places| {
+            let store = store.clone();
+            tokio::spawn(async move { store.submit(&NewJob::of(kind, "{}"), places).await.unwrap() })
+        };
+        let taken = async |kind, places| {
+            let submitted: Vec<_> = (0..40).map(|_| submit(kind, places)).collect();
+            let mut taken = 0;
+            for submitted in submitted {
+                taken += usize::from(matches!(submitted.await.unwrap(), Submitted::Taken(_)));
+            }
+            taken
+        };
+        assert_eq!(taken(SPECTRUM, Places { queue: 5, of_kind: 3 }).await, 3);
+        assert_eq!(taken(MATCH, Places { queue: 5, of_kind: 5 }).await, 2);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_job_goes_from_queued_to_succeeded() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 7).await;
-    assert_eq!((job.state, job.attempt, job.revision, job.started_ms), (State::Queued, 0, 0, None));
-    assert_eq!(job.place, Some(1));
-    let lease = claimed(&store).await;
-    assert_eq!((lease.job.state, lease.job.attempt, lease.job.revision), (State::Running, 1, 1));
-    assert_eq!(&*lease.payload, "7");
-    assert!(lease.job.started_ms >= Some(job.created_ms));
-    assert_eq!(store.heartbeat(&lease, "map", 0.25).await.unwrap(), Heartbeat::Held);
-    assert_eq!(store.heartbeat(&lease, "map", 0.25).await.unwrap(), Heartbeat::Held);
-    let running = store.job(&job.id).await.unwrap().unwrap();
-    assert_eq!((running.stage.as_deref(), running.fraction, running.revision), (Some("map"), 0.25, 2));
-    assert_eq!(store.result(&job.id).await.unwrap(), None);
-    assert!(store.succeed(&lease, Bytes::from_static(b"answer")).await.unwrap());
-    let done = store.job(&job.id).await.unwrap().unwrap();
-    assert_eq!((done.state, done.stage.as_deref()), (State::Succeeded, Some("finished")));
-    assert_eq!((done.fraction, done.revision), (1.0, 3));
-    assert!(done.finished_ms >= done.started_ms && done.started_ms.is_some());
-    assert_eq!(store.result(&job.id).await.unwrap(), Some(Bytes::from_static(b"answer")));
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 7).await;
+        assert_eq!((job.state, job.attempt, job.revision, job.started_ms), (State::Queued, 0, 0, None));
+        assert_eq!(job.place, Some(1));
+        let lease = claimed(&store).await;
+        assert_eq!((lease.job.state, lease.job.attempt, lease.job.revision), (State::Running, 1, 1));
+        assert_eq!(&*lease.payload, "7");
+        assert!(lease.job.started_ms >= Some(job.created_ms));
+        assert_eq!(store.heartbeat(&lease, "map", 0.25).await.unwrap(), Heartbeat::Held);
+        assert_eq!(store.heartbeat(&lease, "map", 0.25).await.unwrap(), Heartbeat::Held);
+        let running = store.job(&job.id).await.unwrap().unwrap();
+        assert_eq!((running.stage.as_deref(), running.fraction, running.revision), (Some("map"), 0.25, 2));
+        assert_eq!(store.result(&job.id).await.unwrap(), None);
+        assert!(store.succeed(&lease, Bytes::from_static(b"answer")).await.unwrap());
+        let done = store.job(&job.id).await.unwrap().unwrap();
+        assert_eq!((done.state, done.stage.as_deref()), (State::Succeeded, Some("finished")));
+        assert_eq!((done.fraction, done.revision), (1.0, 3));
+        assert!(done.finished_ms >= done.started_ms && done.started_ms.is_some());
+        assert_eq!(store.result(&job.id).await.unwrap(), Some(Bytes::from_static(b"answer")));
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn progress_is_a_number_between_0_and_1() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 0).await;
-    let lease = claimed(&store).await;
-    for (told, kept) in [(f64::NAN, 0.0), (-1.0, 0.0), (2.0, 1.0)] {
-        assert_eq!(store.heartbeat(&lease, "map", told).await.unwrap(), Heartbeat::Held);
-        assert_eq!(store.job(&job.id).await.unwrap().unwrap().fraction, kept);
-    }
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 0).await;
+        let lease = claimed(&store).await;
+        for (told, kept) in [(f64::NAN, 0.0), (-1.0, 0.0), (2.0, 1.0)] {
+            assert_eq!(store.heartbeat(&lease, "map", told).await.unwrap(), Heartbeat::Held);
+            assert_eq!(store.job(&job.id).await.unwrap().unwrap().fraction, kept);
+        }
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn an_old_lease_is_fenced_off() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 0).await;
-    let old = claimed(&store).await;
-    expire(&store).await;
-    assert_eq!(store.reap().await.unwrap(), 1);
-    let new = claimed(&store).await;
-    assert_eq!((new.job.id.as_str(), new.job.attempt), (job.id.as_str(), 2));
-    let before = store.job(&job.id).await.unwrap();
-    assert_eq!(store.heartbeat(&old, "map", 0.5).await.unwrap(), Heartbeat::Lost);
-    assert!(!store.succeed(&old, Bytes::from_static(b"old")).await.unwrap());
-    assert!(!store.fail(&old, &json!({})).await.unwrap());
-    assert_eq!(store.retry(&old, &json!({})).await.unwrap(), None);
-    assert!(!store.postpone(&old).await.unwrap());
-    assert!(!store.release(&old).await.unwrap());
-    assert_eq!(store.job(&job.id).await.unwrap(), before);
-    assert_eq!(results(&store).await, Vec::<String>::new());
-    assert!(store.succeed(&new, Bytes::from_static(b"new")).await.unwrap());
-    assert!(!store.succeed(&new, Bytes::from_static(b"twice")).await.unwrap());
-    assert_eq!(store.result(&job.id).await.unwrap(), Some(Bytes::from_static(b"new")));
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 0).await;
+        let old = claimed(&store).await;
+        expire(&store).await;
+        assert_eq!(store.reap().await.unwrap(), 1);
+        let new = claimed(&store).await;
+        assert_eq!((new.job.id.as_str(), new.job.attempt), (job.id.as_str(), 2));
+        let before = store.job(&job.id).await.unwrap();
+        assert_eq!(store.heartbeat(&old, "map", 0.5).await.unwrap(), Heartbeat::Lost);
+        assert!(!store.succeed(&old, Bytes::from_static(b"old")).await.unwrap());
+        assert!(!store.fail(&old, &json!({})).await.unwrap());
+        assert_eq!(store.retry(&old, &json!({})).await.unwrap(), None);
+        assert!(!store.postpone(&old).await.unwrap());
+        assert!(!store.release(&old).await.unwrap());
+        assert_eq!(store.job(&job.id).await.unwrap(), before);
+        assert_eq!(results(&store).await, Vec::<String>::new());
+        assert!(store.succeed(&new, Bytes::from_static(b"new")).await.unwrap());
+        assert!(!store.succeed(&new, Bytes::from_static(b"twice")).await.unwrap());
+        assert_eq!(store.result(&job.id).await.unwrap(), Some(Bytes::from_static(b"new")));
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_lease_that_stands_is_not_reaped() {
-    let (_directory, store) = fresh().await;
-    submitted(&store, 0).await;
-    let lease = claimed(&store).await;
-    assert_eq!(store.reap().await.unwrap(), 0);
-    assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Held);
+    on_every_database(async |_, store| {
+        submitted(&store, 0).await;
+        let lease = claimed(&store).await;
+        assert_eq!(store.reap().await.unwrap(), 0);
+        assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Held);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_job_that_always_kills_its_process_fails_in_the_end() {
     let (directory, mut store) = fresh().await;
     let job = submitted(&store, 0).await;
-    for attempt in 1..=MAX_TRIES {
+    for attempt in 1..=MAX_DEATHS {
         assert_eq!(claimed(&store).await.job.attempt, attempt);
         drop(store);
         store = open(&directory).await;
@@ -171,196 +183,266 @@ async fn a_job_that_always_kills_its_process_fails_in_the_end() {
     assert!(claim(&store).await.is_none());
     let failed = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!(failed.state, State::Failed);
-    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_TRIES} times")));
+    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_DEATHS} times")));
     assert!(failed.finished_ms.is_some());
 }
 
 #[tokio::test]
+async fn a_job_whose_process_died_runs_alone_from_then_on() {
+    on_every_database(async |_, store| {
+        let (bad, neighbour, other) =
+            (submitted(&store, 0).await, submitted(&store, 1).await, submitted(&store, 2).await);
+        assert!(!claimed(&store).await.suspect && !claimed(&store).await.suspect);
+        expire(&store).await;
+        assert_eq!(store.reap().await.unwrap(), 2);
+        let beside_others = Room { alone: false, ..ALL };
+        assert!(store.claim(&ANY, beside_others).await.unwrap().is_none(), "nor is a suspect overtaken");
+        for death in 2..=MAX_DEATHS {
+            let lease = claimed(&store).await;
+            assert!(lease.suspect && lease.job.id == bad.id, "{lease:?}");
+            expire(&store).await;
+            assert_eq!(store.reap().await.unwrap(), 1);
+            assert_eq!(state(&store, &bad.id).await == State::Failed, death == MAX_DEATHS);
+        }
+        // What ran beside it was not harmed again.
+        let lease = claimed(&store).await;
+        assert!(lease.suspect && lease.job.id == neighbour.id && lease.job.attempt == 2, "{lease:?}");
+        store.succeed(&lease, Bytes::new()).await.unwrap();
+        let lease = store.claim(&ANY, beside_others).await.unwrap().unwrap();
+        assert!(!lease.suspect && lease.job.id == other.id);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
+    on_every_database(async |_, store| {
+        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, vertices) VALUES ('m', 'mesh', '{}', 0, 50)")
+            .execute(&store.pool)
+            .await
+            .unwrap();
+        let large = NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") };
+        let (large, small) = (taken(&store, &large).await, submitted(&store, 1).await);
+        let with = |memory, alone| Room { memory, alone };
+        assert!(store.claim(&ANY, with(499, false)).await.unwrap().is_none());
+        let lease = store.claim(&ANY, with(500, false)).await.unwrap().unwrap();
+        assert_eq!((lease.job.id, lease.memory), (large.id, 500));
+        assert_eq!(store.claim(&ANY, with(0, false)).await.unwrap().unwrap().job.id, small.id);
+        assert!(store.claim(&ANY, with(0, false)).await.unwrap().is_none());
+        taken(&store, &NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") }).await;
+        assert!(store.claim(&ANY, with(0, true)).await.unwrap().is_some(), "alone it runs whatever it takes");
+    })
+    .await;
+}
+
+#[tokio::test]
 async fn retries_are_counted_and_what_is_given_back_is_not() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 0).await;
-    for _ in 0..MAX_TRIES {
-        assert!(store.release(&claimed(&store).await).await.unwrap());
-        assert!(store.postpone(&claimed(&store).await).await.unwrap());
-        rested(&store).await;
-    }
-    let error = json!({ "detail": "no luck" });
-    for _ in 1..MAX_TRIES {
-        assert_eq!(store.retry(&claimed(&store).await, &error).await.unwrap(), Some(State::Queued));
-        rested(&store).await;
-    }
-    assert_eq!(store.retry(&claimed(&store).await, &error).await.unwrap(), Some(State::Failed));
-    let failed = store.job(&job.id).await.unwrap().unwrap();
-    assert_eq!((failed.state, failed.error), (State::Failed, Some(error)));
-    assert_eq!(failed.attempt, 3 * MAX_TRIES);
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 0).await;
+        for _ in 0..MAX_TRIES {
+            assert!(store.release(&claimed(&store).await).await.unwrap());
+            assert!(store.postpone(&claimed(&store).await).await.unwrap());
+            rested(&store).await;
+        }
+        let error = json!({ "detail": "no luck" });
+        for _ in 1..MAX_TRIES {
+            assert_eq!(store.retry(&claimed(&store).await, &error).await.unwrap(), Some(State::Queued));
+            rested(&store).await;
+        }
+        assert_eq!(store.retry(&claimed(&store).await, &error).await.unwrap(), Some(State::Failed));
+        let failed = store.job(&job.id).await.unwrap().unwrap();
+        assert_eq!((failed.state, failed.error), (State::Failed, Some(error)));
+        assert_eq!(failed.attempt, 3 * MAX_TRIES);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_job_rests_longer_after_every_try() {
-    let (_directory, store) = fresh().await;
-    submitted(&store, 0).await;
-    for seconds in [1, 2, 4] {
-        store.retry(&claimed(&store).await, &json!({})).await.unwrap();
-        assert!(claim(&store).await.is_none());
-        let rest = "SELECT due_ms - now_ms FROM jobs, clock";
-        let rest: i64 = sqlx::query_scalar(rest).fetch_one(&store.pool).await.unwrap();
-        assert!((1..=1000 * seconds).contains(&rest) && rest > 1000 * seconds - 900, "{rest}");
-        rested(&store).await;
-    }
-    assert_eq!([1, 2, 6, 7, 100].map(|tries| rest(tries).as_secs()), [1, 2, 32, 60, 60]);
+    on_every_database(async |_, store| {
+        submitted(&store, 0).await;
+        for seconds in [1, 2, 4] {
+            store.retry(&claimed(&store).await, &json!({})).await.unwrap();
+            assert!(claim(&store).await.is_none());
+            let rest = "SELECT due_ms - now_ms FROM jobs, clock";
+            let rest: i64 = sqlx::query_scalar(rest).fetch_one(&store.pool).await.unwrap();
+            assert!((1..=1000 * seconds).contains(&rest) && rest > 1000 * seconds - 900, "{rest}");
+            rested(&store).await;
+        }
+        assert_eq!([1, 2, 6, 7, 100].map(|tries| rest(tries).as_secs()), [1, 2, 32, 60, 60]);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_failure_is_final() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 0).await;
-    assert!(store.fail(&claimed(&store).await, &json!({})).await.unwrap());
-    assert_eq!(state(&store, &job.id).await, State::Failed);
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 0).await;
+        assert!(store.fail(&claimed(&store).await, &json!({})).await.unwrap());
+        assert_eq!(state(&store, &job.id).await, State::Failed);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_failure_is_found_by_name_while_it_is_late() {
-    let (_directory, store) = fresh().await;
-    let (named, lately) = (NewJob { dedupe: Some("name"), ..NewJob::of(SPECTRUM, "{}") }, LEASE);
-    assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
-    let job = taken(&store, &named).await;
-    assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
-    store.fail(&claimed(&store).await, &json!({ "detail": "thin" })).await.unwrap();
-    // However many jobs come after it.
-    for number in 0..120 {
-        submitted(&store, number).await;
-    }
-    assert_eq!(store.late_failure("name", lately).await.unwrap().unwrap().id, job.id);
-    assert_eq!(store.late_failure("name", Duration::ZERO).await.unwrap(), None);
-    taken(&store, &named).await;
-    assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
+    on_every_database(async |_, store| {
+        let (named, lately) = (NewJob { dedupe: Some("name"), ..NewJob::of(SPECTRUM, "{}") }, LEASE);
+        assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
+        let job = taken(&store, &named).await;
+        assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
+        store.fail(&claimed(&store).await, &json!({ "detail": "thin" })).await.unwrap();
+        // However many jobs come after it.
+        for number in 0..120 {
+            submitted(&store, number).await;
+        }
+        assert_eq!(store.late_failure("name", lately).await.unwrap().unwrap().id, job.id);
+        assert_eq!(store.late_failure("name", Duration::ZERO).await.unwrap(), None);
+        taken(&store, &named).await;
+        assert_eq!(store.late_failure("name", lately).await.unwrap(), None);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn cancelling_ends_a_queued_job_and_tells_the_worker_of_a_running_one() {
-    let (_directory, store) = fresh().await;
-    let (running, queued) = (submitted(&store, 0).await, submitted(&store, 1).await);
-    let lease = claimed(&store).await;
-    for id in [&running.id, &queued.id] {
-        let job = store.cancel(id).await.unwrap().unwrap();
-        assert!(job.state == State::Cancelled && job.finished_ms.is_some(), "{job:?}");
-    }
-    assert!(claim(&store).await.is_none());
-    assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Cancelled);
-    assert!(!store.succeed(&lease, Bytes::from_static(b"late")).await.unwrap());
-    assert!(!store.release(&lease).await.unwrap());
-    assert_eq!(state(&store, &running.id).await, State::Cancelled);
-    assert_eq!(results(&store).await, Vec::<String>::new());
+    on_every_database(async |_, store| {
+        let (running, queued) = (submitted(&store, 0).await, submitted(&store, 1).await);
+        let lease = claimed(&store).await;
+        for id in [&running.id, &queued.id] {
+            let job = store.cancel(id).await.unwrap().unwrap();
+            assert!(job.state == State::Cancelled && job.finished_ms.is_some(), "{job:?}");
+        }
+        assert!(claim(&store).await.is_none());
+        assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Cancelled);
+        assert!(!store.succeed(&lease, Bytes::from_static(b"late")).await.unwrap());
+        assert!(!store.release(&lease).await.unwrap());
+        assert_eq!(state(&store, &running.id).await, State::Cancelled);
+        assert_eq!(results(&store).await, Vec::<String>::new());
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn cancelling_leaves_finished_jobs_alone() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 0).await;
-    store.succeed(&claimed(&store).await, Bytes::new()).await.unwrap();
-    assert_eq!(store.cancel(&job.id).await.unwrap(), store.job(&job.id).await.unwrap());
-    assert_eq!(state(&store, &job.id).await, State::Succeeded);
-    assert_eq!(store.cancel("nobody").await.unwrap(), None);
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 0).await;
+        store.succeed(&claimed(&store).await, Bytes::new()).await.unwrap();
+        assert_eq!(store.cancel(&job.id).await.unwrap(), store.job(&job.id).await.unwrap());
+        assert_eq!(state(&store, &job.id).await, State::Succeeded);
+        assert_eq!(store.cancel("nobody").await.unwrap(), None);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn deleting_takes_the_job_and_its_result() {
-    let (_directory, store) = fresh().await;
-    let job = submitted(&store, 0).await;
-    assert!(!store.delete(&job.id).await.unwrap());
-    let lease = claimed(&store).await;
-    assert!(!store.delete(&job.id).await.unwrap());
-    store.succeed(&lease, Bytes::from_static(b"answer")).await.unwrap();
-    assert_eq!(results(&store).await.len(), 1);
-    assert!(store.delete(&job.id).await.unwrap());
-    assert_eq!((store.job(&job.id).await.unwrap(), results(&store).await), (None, Vec::new()));
-    assert!(!store.delete(&job.id).await.unwrap());
-    assert_eq!(store.heartbeat(&lease, "map", 1.0).await.unwrap(), Heartbeat::Lost);
+    on_every_database(async |_, store| {
+        let job = submitted(&store, 0).await;
+        assert!(!store.delete(&job.id).await.unwrap());
+        let lease = claimed(&store).await;
+        assert!(!store.delete(&job.id).await.unwrap());
+        store.succeed(&lease, Bytes::from_static(b"answer")).await.unwrap();
+        assert_eq!(results(&store).await.len(), 1);
+        assert!(store.delete(&job.id).await.unwrap());
+        assert_eq!((store.job(&job.id).await.unwrap(), results(&store).await), (None, Vec::new()));
+        assert!(!store.delete(&job.id).await.unwrap());
+        assert_eq!(store.heartbeat(&lease, "map", 1.0).await.unwrap(), Heartbeat::Lost);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn an_unfinished_job_answers_for_its_equals() {
-    let (_directory, store) = fresh().await;
-    let named = |name| NewJob { dedupe: Some(name), ..NewJob::of(SPECTRUM, "null") };
-    let submit = async || taken(&store, &named("key")).await;
-    let first = submit().await;
-    assert_eq!(submit().await, first);
-    let lease = claimed(&store).await;
-    assert_eq!(submit().await.id, first.id);
-    store.succeed(&lease, Bytes::new()).await.unwrap();
-    let second = submit().await;
-    assert_ne!(second.id, first.id);
-    let full = store.submit(&named("key"), Places { queue: 0, of_kind: 0 }).await.unwrap();
-    assert_eq!(full, Submitted::Taken(Box::new(second.clone())), "one that is there takes no place");
-    store.cancel(&second.id).await.unwrap();
-    assert_ne!(submit().await.id, second.id);
-    let other = taken(&store, &named("other")).await;
-    assert_eq!(other.state, State::Queued);
-    assert_eq!(store.queued(SPECTRUM).await.unwrap(), 2);
+    on_every_database(async |_, store| {
+        let named = |name| NewJob { dedupe: Some(name), ..NewJob::of(SPECTRUM, "null") };
+        let submit = async || taken(&store, &named("key")).await;
+        let first = submit().await;
+        assert_eq!(submit().await, first);
+        let lease = claimed(&store).await;
+        assert_eq!(submit().await.id, first.id);
+        store.succeed(&lease, Bytes::new()).await.unwrap();
+        let second = submit().await;
+        assert_ne!(second.id, first.id);
+        let full = store.submit(&named("key"), Places { queue: 0, of_kind: 0 }).await.unwrap();
+        assert_eq!(full, Submitted::Taken(Box::new(second.clone())), "one that is there takes no place");
+        store.cancel(&second.id).await.unwrap();
+        assert_ne!(submit().await.id, second.id);
+        let other = taken(&store, &named("other")).await;
+        assert_eq!(other.state, State::Queued);
+        assert_eq!(store.queued(SPECTRUM).await.unwrap(), 2);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn a_key_makes_one_job_a_day_whatever_becomes_of_it() {
-    let (_directory, store) = fresh().await;
-    let submit = async |key| {
-        let once = NewJob { dedupe: Some(key), taken_for: MEMORY, ..NewJob::of(MATCH, "null") };
-        taken(&store, &once).await
-    };
-    let first = submit("key").await;
-    assert_eq!(submit("key").await, first);
-    let lease = claimed(&store).await;
-    store.succeed(&lease, Bytes::new()).await.unwrap();
-    let again = submit("key").await;
-    assert_eq!((&again.id, again.state), (&first.id, State::Succeeded));
-    assert_ne!(submit("other").await.id, first.id);
-    sqlx::query("UPDATE jobs SET created_ms = 0").execute(&store.pool).await.unwrap();
-    assert_ne!(submit("key").await.id, first.id);
+    on_every_database(async |_, store| {
+        let submit = async |key| {
+            let once = NewJob { dedupe: Some(key), taken_for: MEMORY, ..NewJob::of(MATCH, "null") };
+            taken(&store, &once).await
+        };
+        let first = submit("key").await;
+        assert_eq!(submit("key").await, first);
+        let lease = claimed(&store).await;
+        store.succeed(&lease, Bytes::new()).await.unwrap();
+        let again = submit("key").await;
+        assert_eq!((&again.id, again.state), (&first.id, State::Succeeded));
+        assert_ne!(submit("other").await.id, first.id);
+        sqlx::query("UPDATE jobs SET created_ms = 0").execute(&store.pool).await.unwrap();
+        assert_ne!(submit("key").await.id, first.id);
+    })
+    .await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn many_at_once_claim_every_job_once() {
     const JOBS: usize = 60;
-    let (_directory, store) = fresh().await;
-    for number in 0..JOBS {
-        submitted(&store, number as i64).await;
-    }
-    let claimers: Vec<_> = (0..12)
-        .map(|_| {
-            let store = store.clone();
-            tokio::spawn(async move {
-                let mut ids = Vec::new();
-                while let Some(lease) = claim(&store).await {
-                    assert!(store.succeed(&lease, Bytes::new()).await.unwrap());
-                    ids.push(lease.job.id);
-                }
-                ids
+    on_every_database(async |_, store| {
+        for number in 0..JOBS {
+            submitted(&store, number as i64).await;
+        }
+        let claimers: Vec<_> = (0..12)
+            .map(|_| {
+                let store = store.clone();
+                tokio::spawn(async move {
+                    let mut ids = Vec::new();
+                    while let Some(lease) = claim(&store).await {
+                        assert!(store.succeed(&lease, Bytes::new()).await.unwrap());
+                        ids.push(lease.job.id);
+                    }
+                    ids
+                })
             })
-        })
-        .collect();
-    let mut ids = Vec::new();
-    for claimer in claimers {
-        ids.extend(claimer.await.unwrap());
-    }
-    assert_eq!(ids.len(), JOBS);
-    assert_eq!(ids.into_iter().collect::<BTreeSet<_>>().len(), JOBS);
+            .collect();
+        let mut ids = Vec::new();
+        for claimer in claimers {
+            ids.extend(claimer.await.unwrap());
+        }
+        assert_eq!(ids.len(), JOBS);
+        assert_eq!(ids.into_iter().collect::<BTreeSet<_>>().len(), JOBS);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn lists_are_by_kind_from_the_newest() {
-    let (_directory, store) = fresh().await;
-    let mut ids = Vec::new();
-    for number in 0..5 {
-        ids.insert(0, submitted(&store, number).await.id);
-    }
-    taken(&store, &NewJob::of(SPECTRUM, "null")).await;
-    let listed = |after: Option<String>, limit| {
-        let store = store.clone();
-        async move { store.jobs(MATCH, &Page { after, limit }).await.unwrap() }
-    };
-    let first = listed(None, 3).await;
-    let rest = listed(first.last().map(Job::cursor), 3).await;
-    let both: Vec<_> = first.into_iter().chain(rest).map(|job| job.id).collect();
-    assert_eq!(both, ids);
+    on_every_database(async |_, store| {
+        let mut ids = Vec::new();
+        for number in 0..5 {
+            ids.insert(0, submitted(&store, number).await.id);
+        }
+        taken(&store, &NewJob::of(SPECTRUM, "null")).await;
+        let listed = |after: Option<String>, limit| {
+            let store = store.clone();
+            async move { store.jobs(MATCH, &Page { after, limit }).await.unwrap() }
+        };
+        let first = listed(None, 3).await;
+        let rest = listed(first.last().map(Job::cursor), 3).await;
+        let both: Vec<_> = first.into_iter().chain(rest).map(|job| job.id).collect();
+        assert_eq!(both, ids);
+    })
+    .await;
 }
 
 #[tokio::test]
@@ -384,38 +466,42 @@ async fn reopening_frees_what_was_running_and_keeps_the_rest() {
 
 #[tokio::test]
 async fn those_who_wait_for_a_job_are_woken_by_its_changes_alone() {
-    let (_directory, store) = fresh().await;
-    let (one, other) = (submitted(&store, 0).await, submitted(&store, 1).await);
-    let (mut of_one, mut of_other) = (store.job_changes(&one.id), store.job_changes(&other.id));
-    let told = |of_one: &mut JobChanges| of_one.changed().now_or_never().is_some();
-    let lease = claimed(&store).await;
-    assert!(told(&mut of_one));
-    store.heartbeat(&lease, "map", 0.5).await.unwrap();
-    assert!(told(&mut of_one));
-    assert_eq!(store.retry(&lease, &json!({})).await.unwrap(), Some(State::Queued));
-    assert!(told(&mut of_one));
-    store.cancel(&one.id).await.unwrap();
-    assert!(told(&mut of_one));
-    store.delete(&one.id).await.unwrap();
-    assert!(told(&mut of_one) && !told(&mut of_one));
-    assert!(!told(&mut of_other));
-    let lease = claimed(&store).await;
-    expire(&store).await;
-    store.reap().await.unwrap();
-    of_other.seen();
-    assert_eq!(lease.job.id, other.id);
+    on_every_database(async |_, store| {
+        let (one, other) = (submitted(&store, 0).await, submitted(&store, 1).await);
+        let (mut of_one, mut of_other) = (store.job_changes(&one.id), store.job_changes(&other.id));
+        let told = |of_one: &mut JobChanges| of_one.changed().now_or_never().is_some();
+        let lease = claimed(&store).await;
+        assert!(told(&mut of_one));
+        store.heartbeat(&lease, "map", 0.5).await.unwrap();
+        assert!(told(&mut of_one));
+        assert_eq!(store.retry(&lease, &json!({})).await.unwrap(), Some(State::Queued));
+        assert!(told(&mut of_one));
+        store.cancel(&one.id).await.unwrap();
+        assert!(told(&mut of_one));
+        store.delete(&one.id).await.unwrap();
+        assert!(told(&mut of_one) && !told(&mut of_one));
+        assert!(!told(&mut of_other));
+        let lease = claimed(&store).await;
+        expire(&store).await;
+        store.reap().await.unwrap();
+        of_other.seen();
+        assert_eq!(lease.job.id, other.id);
+    })
+    .await;
 }
 
 #[tokio::test]
 async fn those_who_wait_for_work_are_woken_when_there_may_be_some() {
-    let (_directory, store) = fresh().await;
-    let mut changes = store.queue_changes();
-    let mut told = || changes.changed().now_or_never().is_some();
-    submitted(&store, 0).await;
-    assert!(told());
-    let lease = claimed(&store).await;
-    store.heartbeat(&lease, "map", 0.5).await.unwrap();
-    assert!(!told(), "what is being done is no work for others");
-    store.release(&lease).await.unwrap();
-    assert!(told() && !told());
+    on_every_database(async |_, store| {
+        let mut changes = store.queue_changes();
+        let mut told = || changes.changed().now_or_never().is_some();
+        submitted(&store, 0).await;
+        assert!(told());
+        let lease = claimed(&store).await;
+        store.heartbeat(&lease, "map", 0.5).await.unwrap();
+        assert!(!told(), "what is being done is no work for others");
+        store.release(&lease).await.unwrap();
+        assert!(told() && !told());
+    })
+    .await;
 }

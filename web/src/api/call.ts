@@ -1,4 +1,5 @@
 /** One call to the server that the page came from. */
+import { isWanted, withKey } from "./key";
 import { Away, Refusal } from "./trouble";
 
 /**
@@ -9,13 +10,14 @@ import { Away, Refusal } from "./trouble";
 export async function call(path: string, options: RequestInit = {}): Promise<Response> {
   let answer: Response;
   try {
-    answer = await fetch(path, options);
+    answer = await fetch(path, { ...options, headers: withKey(options.headers) });
   } catch (error) {
     if (options.signal?.aborted) throw error;
     throw new Away();
   }
   // What stands before a server says so where the server is away.
   if (answer.status === 502 || answer.status === 504) throw new Away();
+  if (answer.status === 401) isWanted.value = true;
   if (!answer.ok) throw await Refusal.of(answer);
   return answer;
 }

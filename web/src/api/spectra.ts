@@ -1,5 +1,6 @@
 /** Eigenvalues and eigenfunctions of a shape. */
 import { call } from "./call";
+import { arrays } from "./safetensors";
 
 export interface Spectrum {
   eigenvalues: Float64Array;
@@ -20,14 +21,8 @@ export async function spectrum(kind: "meshes" | "sketches", id: string, k: numbe
   }
 }
 
-/** The arrays of a file in the format safetensors: the length of a JSON header, the header, the numbers. */
 function parsed(file: ArrayBuffer): Spectrum {
-  const length = Number(new DataView(file).getBigUint64(0, true));
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(file, 8, length)));
-  const array = (name: string) => {
-    const [start, end] = header[name].data_offsets as [number, number];
-    return new Float64Array(file.slice(8 + length + start, 8 + length + end));
-  };
-  const eigenvalues = array("eigenvalues");
-  return { eigenvalues, eigenfunctions: array("eigenfunctions"), k: eigenvalues.length };
+  const { eigenvalues, eigenfunctions } = arrays(file) as Record<string, Float64Array>;
+  if (!eigenvalues || !eigenfunctions) throw new Error("the spectrum has no eigenpairs");
+  return { eigenvalues, eigenfunctions, k: eigenvalues.length };
 }

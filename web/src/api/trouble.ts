@@ -49,6 +49,8 @@ export function told({ detail, place }: ProblemFault): string {
 
 function advice(status: number): string {
   switch (status) {
+    case 401:
+      return " Enter one at the top of the page.";
     case 413:
       return " Choose a smaller file, or ask whoever runs the server to raise its limit.";
     case 415:

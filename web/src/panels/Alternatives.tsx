@@ -3,6 +3,7 @@ import { picture } from "../api/matches";
 import type { Alternative } from "../api/types";
 import { answer, chosen } from "../state/live";
 import { rested } from "../state/rested";
+import { Picture } from "./Picture";
 
 /** The width of a picture, in pixels: of the sketch and two views of the mesh. */
 const WIDTH = 480;
@@ -33,7 +34,7 @@ export function Alternatives() {
                 chosen.value = number;
               }}
             >
-              <img src={picture(now.match.id, number, WIDTH)} alt="" loading="lazy" />
+              <Picture src={picture(now.match.id, number, WIDTH)} alt="" />
               <span>{name}</span>
             </button>
           </li>

@@ -4,6 +4,7 @@ import type { Palette } from "../colour/maps";
 import { link } from "../state/link";
 import { palette, type Theme, theme } from "../state/preferences";
 import { Icon } from "./icons";
+import { KeyField } from "./KeyField";
 
 export function Header() {
   return (
@@ -12,6 +13,7 @@ export function Header() {
         <Mark /> sketchmatch
       </h1>
       <nav aria-label="Page">
+        <KeyField />
         <CopyLink />
         <label class="choice">
           <span>Colours</span>

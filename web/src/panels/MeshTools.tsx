@@ -9,6 +9,7 @@ import { examples, mesh, takeExample, takeFile, takeStored } from "../state/mesh
 import { lookAsDrawn } from "../view/camera";
 import { FileButton, IconButton } from "./Button";
 import { Icon } from "./icons";
+import { Picture } from "./Picture";
 import { named } from "./words";
 
 export function MeshTools() {
@@ -70,7 +71,7 @@ function Choice({ stored, close }: { stored: MeshDocument[]; close: () => void }
         {examples.value.map((example: Example) => (
           <li key={example.name}>
             <button type="button" onClick={() => takeAnd(takeExample(example))}>
-              <img src={example.links.sketch} alt="" width={WIDTH / 2} height={WIDTH / 2} />
+              <Picture src={example.links.sketch} alt="" width={WIDTH / 2} height={WIDTH / 2} />
               <span>{named(example.name)}</span>
               <small>{example.description}</small>
             </button>
@@ -82,7 +83,7 @@ function Choice({ stored, close }: { stored: MeshDocument[]; close: () => void }
         {others.map(({ id, name, triangles }) => (
           <li key={id}>
             <button type="button" onClick={() => takeAnd(takeStored(id, name ?? id))}>
-              <img src={api.meshPicture(id, WIDTH)} alt="" loading="lazy" width={WIDTH / 2} height={WIDTH / 2} />
+              <Picture src={api.meshPicture(id, WIDTH)} alt="" width={WIDTH / 2} height={WIDTH / 2} />
               <span>{name ?? "Mesh without a name"}</span>
               <small>{triangles.toLocaleString()} triangles</small>
             </button>

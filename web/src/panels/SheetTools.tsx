@@ -11,6 +11,7 @@ const TOOLS = [
   { name: "pen", label: "Pen", keys: "P" },
   { name: "eraser", label: "Eraser", keys: "E" },
   { name: "landmark", label: "Landmarks: places that correspond", keys: "L" },
+  { name: "pose", label: "Pose the mesh by handles", keys: "H" },
 ] as const;
 
 export function SheetTools() {

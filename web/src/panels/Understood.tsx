@@ -4,6 +4,7 @@ import { sketchPicture } from "../api/shapes";
 import { drawing } from "../state/drawing";
 import { reading } from "../state/live";
 import { IconButton } from "./Button";
+import { Picture } from "./Picture";
 import { readingWarnings } from "./words";
 
 /** The width of the picture, in pixels. */
@@ -24,9 +25,8 @@ export function Understood() {
           <h2>What was understood</h2>
           <IconButton icon="close" label="Close" onClick={() => dialog.current?.close()} />
         </header>
-        <img
+        <Picture
           src={sketchPicture(read.document.id, WIDTH)}
-          loading="lazy"
           alt={`The figure over the drawing: ${read.document.vertices} points`}
         />
         <ul>

@@ -5,6 +5,7 @@ import type { Box, Flat } from "../geometry/flat";
 import { sketchColours } from "../state/colouring";
 import { drawing } from "../state/drawing";
 import { answer } from "../state/live";
+import { posed } from "../state/posed";
 
 /** Pixels along the longer side: they are smoothed when shown. */
 const SIDE = 640;
@@ -12,7 +13,10 @@ const SIDE = 640;
 export function Colours() {
   const canvas = useRef<HTMLCanvasElement>(null);
   useSignalEffect(() => {
-    if (canvas.current) paint(canvas.current, drawing.value.frame, answer.value?.reading.flat, sketchColours.value);
+    const flat = answer.value?.reading.flat;
+    const points = posed.value?.drawing ?? flat?.points;
+    if (canvas.current)
+      paint(canvas.current, drawing.value.frame, flat && points && { ...flat, points }, sketchColours.value);
   });
   const isPast = answer.value !== null && answer.value.reading.of !== drawing.value;
   return <canvas ref={canvas} class={`colours ${isPast ? "past" : ""}`} aria-hidden="true" />;

@@ -1,6 +1,7 @@
 /** The sheet: what is drawn, what was read of it, and the points that correspond. */
 import { useComputed } from "@preact/signals";
 import type { RefObject } from "preact";
+import { lazy, Suspense } from "preact/compat";
 import { useRef } from "preact/hooks";
 import { unit } from "../drawing/drawing";
 import { place } from "../state/corrections";
@@ -16,6 +17,8 @@ import { cursor, onKey } from "./keyboard";
 import { Pins } from "./Pins";
 import * as pencil from "./pencil";
 import { Read } from "./Read";
+
+const Handles = lazy(() => import("../posing/Handles"));
 
 export function Sheet() {
   const svg = useRef<SVGSVGElement>(null);
@@ -33,8 +36,7 @@ export function Sheet() {
         role="application"
         aria-label="Sheet to draw on"
         aria-describedby="sheet-keys"
-        // biome-ignore lint/a11y/noNoninteractiveTabindex: the sheet takes strokes by keys too.
-        tabIndex={0}
+        tabindex={0}
         onKeyDown={onKey}
         onBlur={() => {
           cursor.value = null;
@@ -47,6 +49,11 @@ export function Sheet() {
         <Ink />
         <Read />
         <Pins svg={svg} />
+        {tool.value === "pose" && (
+          <Suspense fallback={null}>
+            <Handles svg={svg} />
+          </Suspense>
+        )}
         {cursor.value && <Cross at={cursor.value} size={12 * unit(frame)} />}
       </svg>
     </div>
@@ -65,7 +72,7 @@ function pointer(svg: RefObject<SVGSVGElement | null>, active: { current: number
   const at = (event: PointerEvent) => sheetPoint(svg.current as SVGSVGElement, event);
   return {
     onPointerDown: (event: PointerEvent) => {
-      if (active.current !== null || event.button !== 0) return;
+      if (active.current !== null || event.button !== 0 || tool.value === "pose") return;
       cursor.value = null;
       if (tool.value === "landmark") return place({ at: at(event) });
       active.current = event.pointerId;

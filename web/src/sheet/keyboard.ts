@@ -4,6 +4,7 @@ import { unit } from "../drawing/drawing";
 import type { Point } from "../geometry/flat";
 import { place } from "../state/corrections";
 import { drawing } from "../state/drawing";
+import { addPoint, isPlacing } from "../state/handles";
 import { hovered } from "../state/hover";
 import { tool } from "../state/tools";
 import * as pencil from "./pencil";
@@ -45,6 +46,7 @@ function step([dx, dy]: Point, units: number) {
 function press() {
   if (!cursor.value) return step([0, 0], 0);
   if (tool.value === "landmark") place({ at: cursor.value });
+  else if (tool.value === "pose") isPlacing.value && addPoint(cursor.value);
   else if (pencil.isDown()) pencil.lift();
   else pencil.down(cursor.value, 0.5);
 }

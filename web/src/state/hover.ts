@@ -4,6 +4,7 @@ import type { Point } from "../geometry/flat";
 import { nearestVertex, pointOf } from "../geometry/flat";
 import { answeredBy, spreading, vertices } from "./colouring";
 import { answer } from "./live";
+import { tool } from "./tools";
 
 /** What the pointer is over: a place of the sheet or a vertex of the mesh. */
 export const hovered = signal<{ at: Point } | { vertex: number } | null>(null);
@@ -20,7 +21,7 @@ export interface Twin {
 /** The point of the sketch and the vertex of the mesh that correspond there. */
 export const twin = computed((): Twin | null => {
   const now = answer.value;
-  if (!hovered.value || !now) return null;
+  if (!hovered.value || !now || tool.value === "pose") return null;
   const x = "at" in hovered.value ? ofPlace(hovered.value.at) : ofVertex(hovered.value.vertex);
   const vertex = x === null ? undefined : vertices.value[x];
   if (x === null || vertex === undefined) return null;

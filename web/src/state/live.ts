@@ -1,5 +1,6 @@
 /** The match that follows the drawing: after every change it is asked for anew, and what runs is cancelled. */
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
+import { failure, follow } from "../api/jobs";
 import * as matches from "../api/matches";
 import * as shapes from "../api/shapes";
 import { Away, Refusal, words } from "../api/trouble";
@@ -205,8 +206,8 @@ async function matched(
     // Where it cannot be had the answer itself is waited for.
     glimpse(match, read, mesh, AbortSignal.any([signal, glance.signal])).catch(() => {});
   };
-  const ended = await matches.follow(started, told, signal).finally(() => glance.abort());
-  if (ended.status !== "succeeded") throw matches.failure(ended);
+  const ended = await follow(started, told, signal).finally(() => glance.abort());
+  if (ended.status !== "succeeded") throw failure(ended);
   const [reading, result] = await Promise.all([read, matches.result(ended.id, signal)]);
   signal.throwIfAborted();
   signal.removeEventListener("abort", giveUp);

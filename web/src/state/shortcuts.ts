@@ -13,6 +13,9 @@ const PLAIN: Record<string, () => void> = {
   l: () => {
     tool.value = "landmark";
   },
+  h: () => {
+    tool.value = "pose";
+  },
   s: () => {
     symmetric.value = !symmetric.value;
   },

@@ -6,6 +6,7 @@ import { place } from "../state/corrections";
 import { hovered } from "../state/hover";
 import { answer, chosen } from "../state/live";
 import { mesh } from "../state/mesh";
+import { posed } from "../state/posed";
 import { tool } from "../state/tools";
 import { asDrawn } from "./camera";
 import { MeshMarks } from "./MeshMarks";
@@ -39,6 +40,10 @@ export function MeshView() {
 
   useSignalEffect(() => {
     if (mesh.value) stage.value?.show(mesh.value.surface);
+  });
+  useSignalEffect(() => {
+    const positions = posed.value?.positions ?? mesh.value?.surface.positions;
+    if (positions) stage.value?.move(positions);
   });
   useSignalEffect(() => {
     if (meshColours.value) stage.value?.colour(meshColours.value);

@@ -2,6 +2,7 @@
 import * as three from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { View } from "../api/types";
+import { normals } from "../geometry/normals";
 import type { Surface } from "../geometry/surface";
 import { isStill } from "../state/preferences";
 
@@ -9,6 +10,8 @@ import { isStill } from "../state/preferences";
 const ANGLE = 24;
 /** How much of the picture the mesh fills when the camera is put in its place. */
 const FILLED = 0.9;
+/** How far from its middle the mesh may be posed and still be hit by the pointer, in radii of the ball round it at rest. */
+const REACH = 4;
 /** How long the camera takes to another view, in ms. */
 const FLIGHT = 500;
 
@@ -39,7 +42,8 @@ export class Stage {
 
   show(surface: Surface) {
     const geometry = new three.BufferGeometry();
-    geometry.setAttribute("position", new three.BufferAttribute(surface.positions, 3));
+    const places = new three.BufferAttribute(surface.positions.slice(), 3).setUsage(three.DynamicDrawUsage);
+    geometry.setAttribute("position", places);
     geometry.setIndex(new three.BufferAttribute(surface.triangles, 1));
     geometry.computeVertexNormals();
     geometry.setAttribute("color", new three.BufferAttribute(new Float32Array(surface.positions.length).fill(0.7), 3));
@@ -52,6 +56,18 @@ export class Stage {
     if (light.length !== this.body.geometry.getAttribute("position")?.array.length) return;
     this.body.geometry.setAttribute("color", new three.BufferAttribute(light, 3));
     this.isRecoloured = true;
+    this.ask();
+  }
+
+  /** Takes the vertices to other places: the camera stays. */
+  move(positions: Float32Array) {
+    const places = this.body.geometry.getAttribute("position");
+    if (positions.length !== places?.array.length) return;
+    places.array.set(positions);
+    places.needsUpdate = true;
+    const [normal, corners] = [this.body.geometry.getAttribute("normal"), this.body.geometry.getIndex()];
+    normals(positions, corners?.array as Uint32Array, normal.array as Float32Array);
+    normal.needsUpdate = true;
     this.ask();
   }
 
@@ -145,7 +161,7 @@ export class Stage {
     this.body.position.copy(middle).multiplyScalar(-1 / radius);
     this.body.updateMatrixWorld();
     // Not computed by three: vertices of no triangle may lie anywhere.
-    this.body.geometry.boundingSphere = new three.Sphere(middle, radius);
+    this.body.geometry.boundingSphere = new three.Sphere(middle, REACH * radius);
   }
 
   private vertex(v: number): three.Vector3 {

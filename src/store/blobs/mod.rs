@@ -1,33 +1,50 @@
-use std::path::Path;
+//! Byte strings under names, in a folder or a bucket.
+
+mod bucket;
+mod folder;
+
 use std::sync::Arc;
-use std::{fs, io};
+use std::time::Duration;
 
 use bytes::Bytes;
 use futures::TryStreamExt;
-use object_store::local::LocalFileSystem;
 use object_store::path::Path as Name;
-use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode, PutPayload};
+use object_store::{Error, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutPayload};
 
-use super::directory::Directory;
-use super::{StoreError, blocking, sealed};
+use super::{BlobUrl, StoreError, blocking, sealed};
+use folder::Folder;
 
 /// Where blobs are put that nothing names any more.
 const ASIDE: &str = "aside";
 
-/// Byte strings under names that tell their content, each written whole or not at all, with a checksum behind it.
+/// Byte strings under names, each written whole or not at all, with a checksum behind it.
 #[derive(Clone)]
 pub(super) struct Blobs {
-    files: Arc<dyn ObjectStore>,
-    directory: Arc<Directory>,
+    objects: Arc<dyn ObjectStore>,
+    /// Where they are files.
+    folder: Option<Arc<Folder>>,
+    place: Arc<BlobUrl>,
 }
 
 impl Blobs {
-    /// Files of the directory, on the disk before a write returns. What a killed process has left unfinished is removed.
-    pub fn local(directory: Arc<Directory>) -> Result<Blobs, StoreError> {
-        let folder = directory.blobs();
-        remove_unfinished(&folder).map_err(|source| StoreError::Directory { path: folder.clone(), source })?;
-        let files = LocalFileSystem::new_with_prefix(&folder)?.with_fsync(true).with_automatic_cleanup(true);
-        Ok(Blobs { files: Arc::new(files), directory })
+    /// The blobs at a place. Where nobody else is at it, `alone`, what a killed process has left unfinished is removed.
+    ///
+    /// # Errors
+    /// What the disk said, or what is wrong with the place.
+    pub async fn open(place: BlobUrl, alone: bool) -> Result<Blobs, StoreError> {
+        let (objects, folder): (Arc<dyn ObjectStore>, _) = match place.clone() {
+            BlobUrl::Folder(path) => {
+                let folder = Arc::new(blocking(move || Folder::open(&path, alone)).await?);
+                (Arc::new(folder.objects()?), Some(folder))
+            }
+            BlobUrl::Bucket { bucket, prefix } => (bucket::objects(&bucket, &prefix)?, None),
+        };
+        Ok(Blobs { objects, folder, place: Arc::new(place) })
+    }
+
+    /// Where they are.
+    pub fn place(&self) -> &BlobUrl {
+        &self.place
     }
 
     /// Writes a blob. What is there under its name is written over: it is the same, or damaged.
@@ -41,12 +58,12 @@ impl Blobs {
     }
 
     async fn put_as(&self, mode: PutMode, name: &str, bytes: impl Into<Bytes>) -> Result<(), StoreError> {
-        let (bytes, directory) = (bytes.into(), self.directory.clone());
+        let (bytes, folder) = (bytes.into(), self.folder.clone());
         let sealed = move || {
-            directory.blobs_present()?;
+            folder.map_or(Ok(()), |folder| folder.present())?;
             Ok(PutPayload::from_iter([bytes.clone(), sealed::seal(&bytes)]))
         };
-        match self.files.put_opts(&Name::from(name), blocking(sealed).await?, mode.into()).await {
+        match self.objects.put_opts(&Name::from(name), blocking(sealed).await?, mode.into()).await {
             Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
             Err(error) => Err(error.into()),
         }
@@ -85,13 +102,13 @@ impl Blobs {
         }
     }
 
-    /// The bytes of the file of this name, its checksum among them.
+    /// The bytes under this name, their checksum among them.
     async fn unopened(&self, name: &str) -> Result<Option<Bytes>, StoreError> {
-        match self.files.get(&Name::from(name)).await {
+        match self.objects.get(&Name::from(name)).await {
             Ok(found) => Ok(Some(found.bytes().await?)),
             Err(Error::NotFound { .. }) => {
-                let directory = self.directory.clone();
-                blocking(move || directory.blobs_present()).await.map(|()| None)
+                let Some(folder) = self.folder.clone() else { return Ok(None) };
+                blocking(move || folder.present()).await.map(|()| None)
             }
             Err(error) => Err(error.into()),
         }
@@ -99,46 +116,53 @@ impl Blobs {
 
     /// Deletes a blob; one that is gone already is no error.
     pub async fn delete(&self, name: &str) -> Result<(), StoreError> {
-        match self.files.delete(&Name::from(name)).await {
+        match self.objects.delete(&Name::from(name)).await {
             Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
             Err(error) => Err(error.into()),
         }
     }
 
-    /// Puts a blob out of the way, for people to look at: where it is kept is told.
+    /// Puts a blob out of the way, for people to look at: where it is kept is told. One that is gone already is no error.
     pub async fn set_aside(&self, name: &str) -> Result<(), StoreError> {
         let aside = format!("{ASIDE}/{name}");
         tracing::warn!(name, aside, "nothing names this blob, it is set aside");
-        Ok(self.files.rename(&Name::from(name), &Name::from(aside)).await?)
+        match self.objects.rename(&Name::from(name), &Name::from(aside)).await {
+            Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// The names of all blobs in a folder, in no order.
     pub async fn names(&self, folder: &str) -> Result<Vec<String>, StoreError> {
-        let found = self.files.list(Some(&Name::from(folder))).map_ok(|blob| blob.location.to_string());
-        Ok(found.try_collect().await?)
+        self.names_older_than(folder, Duration::ZERO).await
     }
-}
 
-/// Deletes the files `object_store` writes to before it gives them their names, `NAME#NUMBER`; it never lists them.
-fn remove_unfinished(directory: &Path) -> io::Result<()> {
-    for entry in fs::read_dir(directory)? {
-        let entry = entry?;
-        if entry.file_type()?.is_dir() {
-            remove_unfinished(&entry.path())?;
-        } else if is_unfinished(&entry.file_name().to_string_lossy()) {
-            fs::remove_file(entry.path())?;
-        }
+    /// The names of the blobs in a folder that were written so long ago by the clock of where they are, in no order.
+    pub async fn names_older_than(&self, folder: &str, age: Duration) -> Result<Vec<String>, StoreError> {
+        let old = move |blob: &ObjectMeta| {
+            age.is_zero() || std::time::SystemTime::from(blob.last_modified).elapsed().is_ok_and(|passed| passed >= age)
+        };
+        let found = self.objects.list(Some(&Name::from(folder)));
+        let names = found.try_filter_map(async |blob| Ok(old(&blob).then(|| blob.location.to_string())));
+        Ok(names.try_collect().await?)
     }
-    Ok(())
-}
 
-fn is_unfinished(name: &str) -> bool {
-    name.rsplit_once('#')
-        .is_some_and(|(_, number)| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+    /// Whether there is any blob at all.
+    pub async fn any(&self) -> Result<bool, StoreError> {
+        Ok(self.objects.list(None).try_next().await?.is_some())
+    }
+
+    /// Bytes that can still be written, where that is known.
+    pub async fn free_bytes(&self) -> Result<Option<u64>, StoreError> {
+        let Some(folder) = self.folder.clone() else { return Ok(None) };
+        blocking(move || folder.free_bytes().map(Some)).await
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::store::testing::{fresh, open};
 
@@ -152,6 +176,15 @@ mod tests {
         let store = open(&directory).await;
         assert!(!unfinished.exists());
         assert_eq!(store.blobs.read("spectra/1").await.unwrap().unwrap(), "whole");
+    }
+
+    #[tokio::test]
+    async fn what_others_are_writing_in_a_folder_that_is_shared_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let unfinished = folder.path().join("spectra#17");
+        fs::write(&unfinished, "half").unwrap();
+        let blobs = Blobs::open(BlobUrl::Folder(folder.path().to_owned()), false).await.unwrap();
+        assert!(unfinished.exists() && !blobs.any().await.unwrap());
     }
 
     #[tokio::test]

@@ -1,0 +1,3 @@
+-- As SQLite's migration of this number.
+ALTER TABLE jobs ADD COLUMN memory BIGINT NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN deaths BIGINT NOT NULL DEFAULT 0;

@@ -1,0 +1,93 @@
+//! What is cached, and for which shapes: it is freed with the last of them.
+
+use bytes::Bytes;
+
+use super::{Store, StoreError};
+
+impl Store {
+    /// Caches a blob that was made for this shape, as long as there is the shape. What is cached for no shape stays.
+    ///
+    /// # Errors
+    /// What the database or the disk said.
+    pub(super) async fn put_cached(
+        &self,
+        blob: &str,
+        bytes: impl Into<Bytes>,
+        shape: Option<&str>,
+    ) -> Result<(), StoreError> {
+        let Some(shape) = shape else { return self.blobs.put(blob, bytes).await };
+        let sql = "INSERT INTO caches (blob, shape) SELECT $1, $2 FROM shapes WHERE id = $2 \
+                   ON CONFLICT (blob, shape) DO NOTHING";
+        sqlx::query(sql).bind(blob).bind(shape).execute(&self.pool).await?;
+        self.blobs.put(blob, bytes).await?;
+        // The shape may have been deleted before, or since.
+        if !self.is_cached(blob).await? {
+            self.blobs.delete(blob).await?;
+        }
+        Ok(())
+    }
+
+    /// Deletes what was cached for a shape that is gone, but for what was also made for others. A computation that would have
+    /// found it does it again.
+    ///
+    /// # Errors
+    /// What the database or the disk said.
+    pub(super) async fn free_caches(&self, shape: &str) -> Result<(), StoreError> {
+        let sql = "DELETE FROM caches WHERE shape = $1 RETURNING blob";
+        let blobs: Vec<String> = sqlx::query_scalar(sql).bind(shape).fetch_all(&self.pool).await?;
+        for blob in blobs {
+            if !self.is_cached(&blob).await? {
+                self.blobs.delete(&blob).await?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether there is a shape that the blob was made for.
+    async fn is_cached(&self, blob: &str) -> Result<bool, StoreError> {
+        let sql = "SELECT count(*) FROM caches WHERE blob = $1";
+        Ok(sqlx::query_scalar::<_, i64>(sql).bind(blob).fetch_one(&self.pool).await? > 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::mesh::TriangleMesh;
+    use crate::store::testing::{Place, on_every_database};
+    use crate::store::{Kind, Source};
+
+    async fn mesh(store: &Store, file: &'static str) -> String {
+        let mesh = TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
+        let source = Source { bytes: Bytes::from(file), media_type: "model/obj".to_owned(), parameters: String::new() };
+        store.insert_mesh(mesh.into(), source, None, json!({})).await.unwrap().0.id
+    }
+
+    #[tokio::test]
+    async fn what_is_cached_goes_with_the_last_shape_it_was_made_for() {
+        on_every_database(freed).await;
+    }
+
+    async fn freed(_: Place, store: Store) {
+        let (one, other) = (mesh(&store, "a").await, mesh(&store, "b").await);
+        for shape in [&one, &other, &one] {
+            store.put_cached("spectra/both", "b", Some(shape)).await.unwrap();
+        }
+        store.put_cached("spectra/one", "o", Some(&one)).await.unwrap();
+        store.put_cached("spectra/none", "n", None).await.unwrap();
+        let kept = async || {
+            let mut names = store.blobs.names("spectra").await.unwrap();
+            names.sort();
+            names
+        };
+        store.delete_shape(Kind::Mesh, &one).await.unwrap();
+        assert_eq!(kept().await, ["spectra/both", "spectra/none"]);
+        // A job that was cancelled and goes on for a moment leaves nothing behind.
+        store.put_cached("spectra/late", "l", Some(&one)).await.unwrap();
+        assert_eq!(kept().await, ["spectra/both", "spectra/none"]);
+        store.delete_shape(Kind::Mesh, &other).await.unwrap();
+        assert_eq!(kept().await, ["spectra/none"]);
+    }
+}
