@@ -1,6 +1,9 @@
+import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
-import { writeFile } from "node:fs/promises";
 import type { Page } from "@playwright/test";
+import { arrays } from "../src/api/safetensors";
+import type { PoseResult } from "../src/api/types";
+import { affine, movedMesh } from "../src/geometry/handles";
 import { matched, onSheet, open } from "./drawing";
 import { expect, test } from "./server";
 
@@ -30,8 +33,11 @@ async function drag(page: Page, name: string, [dx, dy]: [number, number]) {
   await page.mouse.up();
 }
 
-/** The canvas of the mesh as it is seen. */
-const picture = async (page: Page) => (await page.locator(".mesh-view canvas").screenshot()).toString("base64");
+/** What the canvas of the mesh shows, as a number that differs with it. */
+const picture = async (page: Page) =>
+  createHash("sha256")
+    .update(await page.locator(".mesh-view canvas").screenshot())
+    .digest("hex");
 
 interface Gltf {
   meshes: { primitives: { attributes: { POSITION: number }; targets?: { POSITION: number }[] }[] }[];
@@ -80,5 +86,93 @@ test("the mesh follows a handle as it is dragged, and is saved as it stands", as
   const rest = (await (await page.request.get("/v1/examples/quadruped/mesh")).text()).split("\n");
   expect(places).toHaveLength(rest.filter((line) => line.startsWith("v ")).length);
   expect((await saved(page, "PNG")).toString("latin1", 1, 4)).toBe("PNG");
+  expect(complaints).toEqual([]);
+});
+
+test("what the page blends is the pose that the server computes", async ({ page }) => {
+  await withHandles(page);
+  await drag(page, "Point 2;", [40, -60]);
+  await page.getByRole("button", { name: "Point 3;" }).press("Shift+ArrowLeft");
+  const asked = page.waitForRequest((request) => request.url().endsWith("/v1/poses") && request.method() === "POST");
+  await page.getByRole("button", { name: "OBJ", exact: true }).click();
+  const request = (await asked).postDataJSON();
+  const headers = { prefer: "wait=60" };
+  const { id } = await (await page.request.post("/v1/poses", { headers, data: request })).json();
+  const result: PoseResult = await (await page.request.get(`/v1/poses/${id}/result`)).json();
+  const answer = await page.request.get(`/v1/poses/${id}/basis`);
+  const { basis, rest, places, axes } = arrays(new Uint8Array(await answer.body()).buffer) as Record<
+    string,
+    Float32Array
+  >;
+  if (!basis || !rest || !places || !axes) throw new Error("no basis");
+  // Strokes have y down, as the sheet has.
+  const maps = request.handles.map(({ at }: { at: [number, number] }, i: number) => {
+    const { degrees = 0, by = [0, 0] } = request.frames[0][i];
+    return affine({ kind: "point", at }, { degrees, by });
+  });
+  expect(request.frames[0][2]).toMatchObject({ type: "rotation", degrees: 5 });
+  const moved = new Float32Array(rest.length);
+  movedMesh({ basis, rest, places, axes }, maps, false, moved);
+  const computed = (result.frames[0]?.positions ?? []).flat() as number[];
+  const off = (to: ArrayLike<number>) => computed.reduce((most, x, i) => Math.max(most, Math.abs(x - (to[i] ?? 0))), 0);
+  expect(off(rest)).toBeGreaterThan(0.05);
+  expect(off(moved)).toBeLessThan(1e-4);
+});
+
+test("bones are set by a drag, moved by keys and deleted; frames are played", async ({ page, complaints }) => {
+  await open(page);
+  await page.getByRole("button", { name: "Draw it for me" }).click();
+  await matched(page);
+  await page.keyboard.press("h");
+  await expect(page.getByText("Click a place of the drawing")).toBeVisible();
+  const [from, to] = [await onSheet(page, [400, 480]), await onSheet(page, [560, 480])];
+  await page.mouse.move(...from);
+  await page.mouse.down();
+  await page.mouse.move(...to, { steps: 4 });
+  await page.mouse.up();
+  await page.mouse.click(...(await onSheet(page, [250, 420])));
+  const bone = page.getByRole("button", { name: "Bone 1;" });
+  await expect(bone).toBeVisible();
+  await expect(page.getByRole("button", { name: "Point 2;" })).toBeVisible();
+  await page.getByRole("button", { name: "Move them" }).click();
+  await expect(page.getByText("Drag a handle and the mesh follows")).toBeVisible();
+  await page.getByRole("button", { name: "Add a frame after this one" }).click();
+  const before = await picture(page);
+  await bone.press("ArrowUp");
+  await bone.press("Shift+ArrowRight");
+  await expect.poll(() => picture(page)).not.toBe(before);
+  await page.getByRole("button", { name: "Play the frames" }).click();
+  await expect(page.getByRole("button", { name: "Pause" })).toBeVisible();
+  const seen = new Set<string>();
+  const isMoving = async () => seen.add(await picture(page)).size;
+  await expect.poll(isMoving).toBeGreaterThan(3);
+  await page.getByRole("button", { name: "Pause" }).click();
+  await page.getByRole("button", { name: "Point 2;" }).press("Delete");
+  await expect(page.getByRole("button", { name: "Point 2;" })).toHaveCount(0);
+  // With the pen the drawing and the mesh are at rest again.
+  await page.keyboard.press("p");
+  await expect(page.getByRole("heading", { name: "Pose the mesh" })).toHaveCount(0);
+  expect(complaints).toEqual([]);
+});
+
+test("the mesh stands as a drawing shows it", async ({ page, complaints }) => {
+  await open(page);
+  await page.getByRole("button", { name: "Draw it for me" }).click();
+  await matched(page);
+  await page.keyboard.press("h");
+  const before = await picture(page);
+  await page.getByRole("button", { name: "Stand as drawn" }).click();
+  await expect(page.getByText("The mesh stands as the drawing shows it.")).toBeVisible();
+  await expect.poll(() => picture(page)).not.toBe(before);
+  const svg = await (
+    await page.request.get("/v1/examples/quadruped/sketch", { headers: { accept: "image/svg+xml" } })
+  ).body();
+  const file = { name: "other.svg", mimeType: "image/svg+xml", buffer: svg };
+  await page.locator("input[aria-label='Take the pose of another drawing']").setInputFiles(file);
+  await expect(page.getByText("The mesh stands as other.svg shows it.")).toBeVisible();
+  const places = (await saved(page, "OBJ")).toString().split("\n");
+  expect(places.filter((line) => line.startsWith("v ")).length).toBeGreaterThan(1000);
+  await page.getByRole("button", { name: "Back to the handles" }).click();
+  await expect(page.getByRole("button", { name: "Set some for me" })).toBeVisible();
   expect(complaints).toEqual([]);
 });

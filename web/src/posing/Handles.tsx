@@ -108,7 +108,7 @@ function Held({ number, handle, one, svg }: HeldProps) {
         cy={base[1]}
         r={14 * one}
         role="button"
-        tabIndex={0}
+        tabindex={0}
         aria-label={`${name}; arrows move it, with Shift they turn it, Delete removes it`}
         onKeyDown={(event) => onKey(event, number, handle, one)}
         {...dragged((to) => dragBase(number, handle, to))}

@@ -34,7 +34,7 @@ function Pin({ landmark: { id, vertex }, at: [x, y], one, svg }: Props) {
     <g
       class={`pin ${vertex === null ? "lacking" : ""} ${faulty.value.has(id) ? "faulty" : ""}`}
       role="button"
-      tabIndex={0}
+      tabindex={0}
       aria-label={`Landmark ${id} on the drawing; arrows move it, Delete removes it`}
       onPointerDown={(event) => {
         event.stopPropagation();

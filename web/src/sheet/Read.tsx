@@ -55,7 +55,7 @@ function Figures({ boxes, one }: { boxes: Box[]; one: number }) {
           key={`${box.x} ${box.y}`}
           class="figure"
           role="button"
-          tabIndex={0}
+          tabindex={0}
           aria-pressed={figure.value === i}
           aria-label={`Figure ${i + 1} of the drawing`}
           onPointerDown={(event) => event.stopPropagation()}

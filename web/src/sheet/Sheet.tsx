@@ -36,8 +36,7 @@ export function Sheet() {
         role="application"
         aria-label="Sheet to draw on"
         aria-describedby="sheet-keys"
-        // biome-ignore lint/a11y/noNoninteractiveTabindex: the sheet takes strokes by keys too.
-        tabIndex={0}
+        tabindex={0}
         onKeyDown={onKey}
         onBlur={() => {
           cursor.value = null;

@@ -36,7 +36,7 @@ function Pin({ landmark: { id, at }, vertex, stage }: { landmark: Landmark; vert
     <g
       class={`pin ${states}`}
       role="button"
-      tabIndex={0}
+      tabindex={0}
       aria-label={`Landmark ${id} on the mesh, Delete removes it`}
       onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
       onPointerMove={(event) => {

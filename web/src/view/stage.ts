@@ -2,6 +2,7 @@
 import * as three from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { View } from "../api/types";
+import { normals } from "../geometry/normals";
 import type { Surface } from "../geometry/surface";
 import { isStill } from "../state/preferences";
 
@@ -64,7 +65,9 @@ export class Stage {
     if (positions.length !== places?.array.length) return;
     places.array.set(positions);
     places.needsUpdate = true;
-    this.body.geometry.computeVertexNormals();
+    const [normal, corners] = [this.body.geometry.getAttribute("normal"), this.body.geometry.getIndex()];
+    normals(positions, corners?.array as Uint32Array, normal.array as Float32Array);
+    normal.needsUpdate = true;
     this.ask();
   }
 
