@@ -41,6 +41,7 @@ soak:
 	target/soak-venv/bin/pip install --quiet 'moto[s3,server]'
 	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch $(SOAK_ARGS)
 	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --sqlite $(SOAK_ARGS)
+	target/soak-venv/bin/python scripts/tenants.py target/release/sketchmatch
 	for nodes in 1 2 4; do \
 		target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --calm --nodes $$nodes $(SOAK_ARGS) || exit 1; \
 	done

@@ -76,7 +76,7 @@ pub fn rows(table: &Table) {
         table.time(&name, &sample, Some(kind), Reach::Most(most));
     }
     let (small, large) = (phi.eigenfunctions.as_ref(), psi.eigenfunctions.as_ref());
-    let sample = timed(|| zoomout::refined(start.clone(), small, &phi.mass, large, &Unwatched));
+    let sample = timed(|| zoomout::refined(start.clone(), small, &phi.mass, large, None, &Unwatched));
     table.time("ZoomOut 20 → 100, 50K", &sample, Some("zoomout"), Reach::Times(8.0));
 
     let small_mesh = shapes::body(shapes::SMALL);

@@ -91,7 +91,9 @@ fn methods() -> Value {
         "permuted_l1": regulariser("permuted_l1"), "matrix_completion": regulariser("matrix_completion"),
         "l1_laplacian": term("laplacian"), "l1_descriptors": term("descriptors"), "l1_orientation": term("orientation"),
         "l1_slant": weights("slant"), "l1_resolvent": weights("resolvent"),
+        "l1_coupled": nearest(json!({"basis": {"coupling": {"method": "joint_diagonalisation"}}, "weights": {"method": "slant"}})),
         "l1_zoomout": nearest(json!({"refinement": {"method": "zoomout", "k": 60}})),
+        "l1_zoomout_part": nearest(json!({"refinement": {"method": "zoomout", "k": 60, "within": "part"}})),
     })
 }
 
@@ -158,7 +160,7 @@ mod tests {
     fn every_request_can_be_asked_for() {
         let parts = parts().unwrap();
         let counts: Vec<usize> = parts.iter().map(|part| part.combinations.len()).collect();
-        assert_eq!(counts, [24, 12, 24]);
+        assert_eq!(counts, [24, 12, 28]);
         for combination in parts.iter().flat_map(|part| &part.combinations) {
             let mut request = combination.request.clone();
             request.remove("regions");

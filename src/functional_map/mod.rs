@@ -4,6 +4,7 @@
 //! coefficients on M to coefficients on N, and A (k × q), B (l × q) hold q corresponding functions.
 
 pub mod catalogue;
+pub mod coupling;
 pub mod parameter;
 pub mod permutation;
 pub mod problem;

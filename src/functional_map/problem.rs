@@ -105,6 +105,28 @@ impl Problem {
         Ok(())
     }
 
+    /// The same in the bases Φ P and Ψ Q, P (k × k) and Q (l × l) orthogonal: C there is Qᵀ C P.
+    pub fn turned(&self, p: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Problem {
+        let commutators = self.commutators.iter().map(|Commutator { x, y, weight }| Commutator {
+            x: p.transpose() * x * p,
+            y: q.transpose() * y * q,
+            weight: *weight,
+        });
+        let [phi, psi] = &self.seen.samples;
+        let along = |eigenvalues: &[f64], x: MatRef<'_, f64>| {
+            let of = |i: usize| x.col(i).iter().zip(eigenvalues).map(|(x, l)| l * x * x).sum();
+            (0..x.ncols()).map(of).collect()
+        };
+        let [sketch, mesh] = &self.seen.eigenvalues;
+        Problem {
+            gram: p.transpose() * &self.gram * p,
+            cross: q.transpose() * &self.cross * p,
+            constant: self.constant,
+            commutators: commutators.collect(),
+            seen: Seen { eigenvalues: [along(sketch, p), along(mesh, q)], samples: [phi * p, psi * q] },
+        }
+    }
+
     /// Tells of the bases.
     pub fn see(&mut self, seen: Seen) {
         self.seen = seen;
@@ -255,6 +277,17 @@ mod tests {
         let change = problem.gradient((&c + &direction).as_ref()) - problem.gradient(c.as_ref());
         assert!(change.norm_l2() <= problem.lipschitz().unwrap() * direction.norm_l2());
         assert!(problem.commute(Commutator { x: y, y: x, weight: 1.0 }).is_err());
+    }
+
+    #[test]
+    fn in_turned_bases_the_value_is_the_same() {
+        let (_, _, c, mut problem) = example();
+        problem.commute(Commutator { x: random::normal(4, 4, 8), y: random::normal(6, 6, 9), weight: 0.7 }).unwrap();
+        let turn = |n: usize, seed: u64| random::normal(n, n, seed).qr().compute_Q();
+        let (p, q) = (turn(4, 10), turn(6, 11));
+        let value = problem.value(c.as_ref());
+        let turned = problem.turned(p.as_ref(), q.as_ref()).value((q.transpose() * c * p).as_ref());
+        assert!((value - turned).abs() < 1e-10 * value);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use axum::http::header;
 use axum::response::IntoResponse;
 use metrics::describe_gauge;
 use serde::Serialize;
+use tokio::time::error::Elapsed;
 use tokio::time::timeout;
 use utoipa::ToSchema;
 
@@ -25,6 +26,9 @@ pub struct Health {
 
 /// Bytes that have to be free on the disk: what a match and its caches take, about, on a mesh of 100,000 vertices.
 const LEAST_FREE: u64 = 64 << 20;
+
+/// How long a check may take: below what watchers usually wait, so that they are told what is away.
+const LONGEST_CHECK: Duration = Duration::from_secs(3);
 
 const OK: Json<Health> = Json(Health { status: "ok" });
 
@@ -55,7 +59,8 @@ pub(super) async fn ready(State(Service(app)): State<Service>) -> Result<Json<He
     {
         return Err(Problem::lacking(Lack::Space, format_args!("the disk has {free} bytes left")));
     }
-    let (database, blobs) = tokio::join!(app.store.database_healthy(), app.store.blobs_healthy());
+    let database = timeout(LONGEST_CHECK, app.store.database_healthy());
+    let (database, blobs) = tokio::join!(database, timeout(LONGEST_CHECK, app.store.blobs_healthy()));
     let away = match (unusable("database", database)?, unusable("place of the blobs", blobs)?) {
         (false, false) => return Ok(OK),
         (true, false) => "the database",
@@ -69,12 +74,13 @@ pub(super) async fn ready(State(Service(app)): State<Service>) -> Result<Json<He
 ///
 /// # Errors
 /// 507 where its disk is full.
-fn unusable(what: &str, health: Result<(), StoreError>) -> Result<bool, Problem> {
-    let Err(error) = health else { return Ok(false) };
-    if error.lack() == Some(Lack::Space) {
-        return Err(Problem::lacking(Lack::Space, error));
+fn unusable(what: &str, health: Result<Result<(), StoreError>, Elapsed>) -> Result<bool, Problem> {
+    match health {
+        Ok(Ok(())) => return Ok(false),
+        Ok(Err(error)) if error.lack() == Some(Lack::Space) => return Err(Problem::lacking(Lack::Space, error)),
+        Ok(Err(error)) => tracing::error!(%error, "the {what} cannot be used"),
+        Err(_) => tracing::error!("the {what} does not answer"),
     }
-    tracing::error!(%error, "the {what} cannot be used");
     Ok(true)
 }
 

@@ -1,4 +1,4 @@
-//! The regularisers and terms there are.
+//! The regularisers, terms and bases there are.
 
 use axum::Json;
 
@@ -33,4 +33,13 @@ pub async fn read(Id(name): Id) -> Result<Json<Description>, Problem> {
 )]
 pub async fn terms() -> Json<Vec<Description>> {
     Json(catalogue::terms())
+}
+
+/// Lists the bases that C can be found in: formula, parameters with their ranges, JSON schema.
+#[utoipa::path(
+    get, path = "/v1/bases", operation_id = "list_bases", tag = "regularisers",
+    responses((status = 200, description = "every kind of basis", body = Vec<Description>)),
+)]
+pub async fn bases() -> Json<Vec<Description>> {
+    Json(catalogue::bases())
 }

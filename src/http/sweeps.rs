@@ -33,7 +33,7 @@ pub struct SweepRequest {
     /// none.
     #[schema(pattern = "^(/[^/]+)+$")]
     pointer: String,
-    #[schema(value_type = Vec<Object>, min_items = 1, max_items = 64)]
+    #[schema(min_items = 1, max_items = 64)]
     values: Vec<Value>,
 }
 

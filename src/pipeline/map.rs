@@ -3,8 +3,10 @@
 use faer::Mat;
 
 use super::constraints::{Constraints, at_vertices, problem, unordered};
+use super::request::Coupling;
 use super::settings::Settings;
 use super::{Fault, MatchError};
+use crate::functional_map::coupling::{Coupling as Coupled, coupled};
 use crate::functional_map::permutation::{Pair, Unordered, ordered};
 use crate::functional_map::problem::{Problem, Seen, least_squares};
 use crate::functional_map::regulariser::Regulariser;
@@ -108,6 +110,9 @@ impl Energy {
             }
             (Energy::Ordered(problem) | Energy::Unordered(Unordered { known: problem, .. }), regulariser) => {
                 let start = least_squares(problem)?;
+                if let (Coupling::JointDiagonalisation { weight }, None) = (settings.basis.coupling, &own) {
+                    return coupled_minimiser(problem, regulariser, (settings, weight), start, watch);
+                }
                 let weights = w(&start);
                 if let Some(c) = own {
                     // The objective is that of the data and of the terms that are added to it.
@@ -120,6 +125,26 @@ impl Energy {
             }
         }
     }
+}
+
+/// The minimiser in coupled bases, brought back to the eigenfunctions; W is that of the coupled bases, for eigenvalues as their
+/// Laplacians have them on the diagonal.
+fn coupled_minimiser(
+    problem: &Problem,
+    regulariser: &Regulariser,
+    (settings, weight): (&Settings, f64),
+    start: Mat<f64>,
+    watch: &dyn Watch,
+) -> Result<Mapped, MatchError> {
+    let [sketch, mesh] = &problem.seen().eigenvalues;
+    let Coupled { p, q } = coupled([sketch, mesh], problem.cross(), weight, watch)?;
+    let turned = problem.turned(p.as_ref(), q.as_ref());
+    let c0 = q.transpose() * &start * &p;
+    let [along_sketch, along_mesh] = &turned.seen().eigenvalues;
+    let weights = weights(&settings.weights, c0.as_ref(), along_sketch, along_mesh);
+    let Solution { c, report } = solve(&turned, regulariser, &weights, c0, watch)?;
+    let solution = Solution { c: &q * c * p.transpose(), report };
+    Ok(Mapped { start, weights, solution, pairs: None })
 }
 
 /// What energies see of the bases.

@@ -199,6 +199,42 @@ pub struct BasisRequest {
     pub k_mesh: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub boundary: Option<Boundary>,
+    /// Whether the bases of both shapes are turned until they go together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coupling: Option<Coupling>,
+}
+
+/// How the bases of both shapes are made to go together; C is answered between the eigenfunctions all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "method", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Coupling {
+    /// They are the eigenfunctions.
+    None {},
+    /// They are turned so that both Laplacians stay nearly diagonal and corresponding functions have nearly equal coefficients;
+    /// needs as many eigenfunctions of either shape.
+    JointDiagonalisation {
+        /// Weight of the functions against the Laplacians.
+        #[serde(default = "Coupling::weight")]
+        #[schema(exclusive_minimum = 0, maximum = 1_000_000, default = 1.0)]
+        weight: f64,
+    },
+}
+
+impl Default for Coupling {
+    fn default() -> Coupling {
+        Coupling::None {}
+    }
+}
+
+impl Coupling {
+    fn weight() -> f64 {
+        1.0
+    }
+
+    /// Whether the bases are the eigenfunctions.
+    pub fn is_none(&self) -> bool {
+        *self == Coupling::None {}
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -334,7 +370,26 @@ pub enum Refinement {
     Zoomout {
         #[schema(minimum = 1, maximum = 500)]
         k: usize,
+        #[serde(default, skip_serializing_if = "Within::is_mesh")]
+        within: Within,
     },
+}
+
+/// Where points are looked for while a map is refined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Within {
+    /// On all of the mesh.
+    #[default]
+    Mesh,
+    /// On the part that the sketch shows: the side that is seen where an alignment says so, else what is in a region.
+    Part,
+}
+
+impl Within {
+    fn is_mesh(&self) -> bool {
+        *self == Within::Mesh
+    }
 }
 
 fn ten() -> usize {

@@ -10,7 +10,7 @@ use super::figure::Chosen;
 use super::map::{Energy, Mapped};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
-use super::request::{Alignment, Conversion, GivenMap, Refinement};
+use super::request::{Alignment, Conversion, GivenMap, Refinement, Within};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
 use super::{Fault, MatchError, Surroundings};
@@ -121,7 +121,7 @@ impl<'a> Matching<'a> {
         let mut points = stages.run(Stage::Points, |watch| {
             let sizes = upsampled(settings);
             let longer = (sizes != (settings.basis.k, settings.basis.k_mesh)).then(|| at_unit_area(full, sizes.into()));
-            points(settings, sketch, longer.as_ref().unwrap_or(bases), aligned, solution.c, watch)
+            points(settings, sketch, longer.as_ref().unwrap_or(bases), (aligned, &regions), solution.c, watch)
         })?;
         // What the user knows is not traded for anything.
         landmarks.iter().for_each(|&[x, y]| (points.map[x], points.places[x]) = (y as u32, None));
@@ -222,12 +222,20 @@ struct Points {
     confidence: Vec<f64>,
 }
 
+/// The vertices of the mesh that the sketch shows, of n: those seen where an alignment says so, else those in a region; none where that
+/// is all or nothing.
+fn shown(aligned: Option<&Aligned>, regions: &regions::Correspondence, n: usize) -> Option<Vec<u32>> {
+    let seen = aligned.map(|aligned| aligned.visible.clone()).filter(|seen| seen.len() < n);
+    let in_region = || (0..n as u32).filter(|&v| regions.mesh.region(v as usize).is_some()).collect::<Vec<u32>>();
+    Some(seen.unwrap_or_else(in_region)).filter(|part| !part.is_empty() && part.len() < n)
+}
+
 /// The points of the map C, refined to these bases at area 1.
 fn points(
     settings: &Settings,
     sketch: &Sketch,
     [phi, psi]: &[Spectrum; 2],
-    aligned: Option<&Aligned>,
+    (aligned, regions): (Option<&Aligned>, &regions::Correspondence),
     c: Mat<f64>,
     watch: &dyn Watch,
 ) -> Result<Points, MatchError> {
@@ -236,7 +244,13 @@ fn points(
     let c = match settings.refinement {
         Refinement::None {} => c,
         Refinement::Icp { iterations } => icp::refined(c, basis, mass, target, iterations, watch)?,
-        Refinement::Zoomout { .. } => zoomout::refined(c, basis, mass, target, watch)?,
+        Refinement::Zoomout { within, .. } => {
+            let part = match within {
+                Within::Mesh => None,
+                Within::Part => shown(aligned, regions, target.nrows()),
+            };
+            zoomout::refined(c, basis, mass, target, part.as_deref(), watch)?
+        }
     };
     if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, aligned) {
         let (places, confidence) = (alignment.places.clone(), alignment.confidence.clone());

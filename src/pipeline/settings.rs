@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::Fault;
 use super::request::{
-    Alignment, Columns, Conversion, Direction, FunctionPair, GivenMap, Landmark, MatchRequest, Part, Preset,
+    Alignment, Columns, Conversion, Coupling, Direction, FunctionPair, GivenMap, Landmark, MatchRequest, Part, Preset,
     Refinement, Regions, SpectralScale, Ups,
 };
 use crate::functional_map::regulariser::{L1, Regulariser};
@@ -64,6 +64,8 @@ pub struct Basis {
     pub k: usize,
     pub k_mesh: usize,
     pub boundary: Boundary,
+    #[serde(default, skip_serializing_if = "Coupling::is_none")]
+    pub coupling: Coupling,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -103,7 +105,7 @@ impl Settings {
             part: Part::Whole,
             alignment: Alignment::None {},
             up: Ups::default(),
-            basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann },
+            basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann, coupling: Coupling::None {} },
             descriptors: Descriptors {
                 hks: Heat { count: 100, times: None },
                 wks: Wave { count: 100, variance: 6.0 },
@@ -150,6 +152,7 @@ impl Settings {
             settings.basis.k = basis.k.unwrap_or(settings.basis.k);
             settings.basis.k_mesh = basis.k_mesh.or(basis.k).unwrap_or(settings.basis.k_mesh);
             settings.basis.boundary = basis.boundary.unwrap_or(settings.basis.boundary);
+            settings.basis.coupling = basis.coupling.unwrap_or(settings.basis.coupling);
         }
         if let Some(descriptors) = request.descriptors.clone() {
             let (hks, wks) = (descriptors.hks.unwrap_or_default(), descriptors.wks.unwrap_or_default());
@@ -192,6 +195,17 @@ impl Settings {
         let mut faults = Faults::default();
         faults.range("/basis/k", self.basis.k, 1, MAX_BASIS);
         faults.range("/basis/k_mesh", self.basis.k_mesh, 1, MAX_BASIS);
+        if let Coupling::JointDiagonalisation { weight } = self.basis.coupling {
+            if !(weight > 0.0 && weight <= 1e6) {
+                faults.add("/basis/coupling/weight", format!("must be above 0 and at most 1000000, is {weight:?}"));
+            }
+            if self.basis.k != self.basis.k_mesh {
+                faults.add("/basis/coupling", "needs as many eigenfunctions of either shape: basis.k and basis.k_mesh");
+            }
+            if matches!(self.regulariser, Regulariser::PermutedL1(_)) {
+                faults.add("/basis/coupling", "needs regions in a known order: permuted_l1 has none");
+            }
+        }
         let Descriptors { hks, wks, .. } = &self.descriptors;
         faults.range("/descriptors/hks/count", hks.count, 0, MAX_COMPONENTS);
         if let Some([first, last]) = hks.times
@@ -240,7 +254,7 @@ impl Settings {
                     faults.add("/refinement", "icp needs a square C: basis.k and basis.k_mesh must be equal");
                 }
             }
-            Refinement::Zoomout { k } => {
+            Refinement::Zoomout { k, .. } => {
                 faults.range("/refinement/k", k, self.basis.k.min(MAX_BASIS), MAX_BASIS);
                 let (_, l) = upsampled(self);
                 if l > MAX_BASIS {
@@ -393,7 +407,7 @@ pub fn check(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize) 
 pub fn upsampled(settings: &Settings) -> (usize, usize) {
     let Basis { k, k_mesh, .. } = settings.basis;
     match settings.refinement {
-        Refinement::Zoomout { k: last } => (last, k_mesh.saturating_mul(last).div_ceil(k.max(1))),
+        Refinement::Zoomout { k: last, .. } => (last, k_mesh.saturating_mul(last).div_ceil(k.max(1))),
         _ => (k, k_mesh),
     }
 }

@@ -55,6 +55,28 @@ async fn every_regulariser_and_term_can_be_asked_for() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn bases_can_be_coupled_and_a_part_refined() {
+    let server = Server::working().await;
+    let bases = server.read("/v1/bases").await;
+    assert_eq!(bases[1]["schema"]["properties"]["method"]["enum"], json!(["joint_diagonalisation"]));
+    assert_eq!(bases[1]["parameters"][0]["default"], 1.0);
+    let basis = |coupling: Value| json!({"basis": {"k": 12, "coupling": coupling}, "regulariser": {"type": "none"}});
+    let of = async |request: Value| server.read(&format!("{}/result", server.intrinsic_match(request).await)).await;
+    // Without a regulariser the least there is, is the same in whatever bases it is found.
+    let [plain, coupled] =
+        [of(basis(json!({"method": "none"}))).await, of(basis(json!({"method": "joint_diagonalisation"}))).await];
+    let [plain, coupled] = [plain, coupled].map(|result| result["solver"]["objective"].as_f64().unwrap());
+    assert!((plain - coupled).abs() < 1e-6 * plain.max(1.0), "{plain} {coupled}");
+    let part = of(json!({"refinement": {"method": "zoomout", "k": 17, "within": "part"}})).await;
+    assert_eq!(part["c"]["rows"], 17);
+
+    let request = json!({"basis": {"k": 5, "k_mesh": 6, "coupling": {"method": "joint_diagonalisation", "weight": 0}}});
+    let problem = problem_of(server.request_match(request).await.send().await.unwrap(), 422).await;
+    let pointers: Vec<&Value> = problem["errors"].as_array().unwrap().iter().map(|error| &error["pointer"]).collect();
+    assert_eq!(pointers, ["/basis/coupling/weight", "/basis/coupling"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn what_one_brings_has_to_fit() {
     let server = Server::idle(Config::default()).await;
     for (besides, pointer) in [

@@ -164,7 +164,7 @@ mod tests {
 
     fn terms(mu: [f64; 4]) -> MatrixCompletion {
         let [mu_1, mu_2, mu_3, mu_4] = mu;
-        MatrixCompletion { mu_1, mu_2, mu_3, mu_4, rank: K, max_iterations: 20_000, tolerance: 1e-9 }
+        MatrixCompletion { mu_1, mu_2, mu_3, mu_4, rank: K, max_iterations: 2_000, tolerance: 1e-8 }
     }
 
     #[test]

@@ -86,6 +86,7 @@ pub(super) fn routes() -> (Router<Service>, Value) {
         .routes(routes!(regularisers::list))
         .routes(routes!(regularisers::read))
         .routes(routes!(regularisers::terms))
+        .routes(routes!(regularisers::bases))
         .routes(routes!(health::alive))
         .routes(routes!(health::ready))
         .routes(routes!(health::measures));
