@@ -55,7 +55,7 @@ fn calls(mesh: &str, sketch: &str, matched: &str, pose: &str, bent: Value, place
     let json = |call: Call, body| Call { body: Body::Json(body), ..call };
     let name = json!({"name": "mine"});
     let asked = json!({"mesh": mesh, "sketch": sketch});
-    let sweep = json!({"request": asked, "pointer": "/regulariser/gamma", "values": [0.5]});
+    let sweep = json!({"request": asked, "pointer": "/basis/k", "values": [10]});
     let along: Vec<&Value> = places.as_array().unwrap().iter().map(|place| &place[0]).collect();
     let function = json!({"from": "sketch", "by": "points", "given": {"type": "function", "values": along}});
     let known = json!({"pairs": {"side": false, "points": [places[0]], "variants": {"front": [0]}}});

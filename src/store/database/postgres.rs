@@ -14,8 +14,10 @@ const CONNECTIONS: u32 = 12;
 /// from the last connection to the first.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// No statement of ours takes as long on tables of any size: what does waits for a lock that nobody gives up.
-const LIMITS: &str = "SET statement_timeout = '30s'; SET idle_in_transaction_session_timeout = '60s'";
+/// No statement of ours takes as long on tables of any size: what does waits for a lock that nobody gives up. What tables there
+/// are already is nothing to be told of.
+const SESSION: &str = "SET statement_timeout = '30s'; SET idle_in_transaction_session_timeout = '60s'; \
+                       SET client_min_messages = 'warning'";
 
 /// The turn of [`Engine::alone`](super::Engine::alone), held until the transaction ends; the number is ours alone.
 pub(super) const TAKE_TURN: &str =
@@ -26,7 +28,7 @@ pub(super) async fn connected(url: &str) -> Result<AnyPool, StoreError> {
     let pool = AnyPoolOptions::new()
         .max_connections(CONNECTIONS)
         .acquire_timeout(PATIENCE)
-        .after_connect(|connection, _| Box::pin(async move { connection.execute(LIMITS).await.map(drop) }))
+        .after_connect(|connection, _| Box::pin(async move { connection.execute(SESSION).await.map(drop) }))
         .connect_with(AnyConnectOptions::from_str(url)?)
         .await?;
     Ok(pool)
