@@ -33,6 +33,7 @@ pub struct Measures {
 
 /// A share of errors at or below a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = WithinLimit)]
 pub struct Within {
     pub limit: f64,
     pub share: f64,

@@ -48,12 +48,13 @@ pub(super) async fn checked(State(door): State<Door>, mut request: Request, next
     };
     let (tenant, key) = (grant.tenant.clone(), grant.key.clone());
     request.extensions_mut().insert(grant);
-    let (mut response, pace) = match door.0.pace.as_ref().map(|pace| pace.count(&tenant)) {
-        None => (next.run(request).await, HeaderMap::new()),
-        Some(Ok(left)) => (next.run(request).await, left),
-        Some(Err((problem, left))) => (problem.into_response(), left),
+    let pace = door.0.pace.as_ref();
+    let (told, wait) = pace.map_or_else(Default::default, |pace| pace.count(&tenant));
+    let mut response = match (pace, wait) {
+        (Some(pace), Some(seconds)) => pace.exceeded(seconds).into_response(),
+        _ => next.run(request).await,
     };
-    response.headers_mut().extend(pace);
+    response.headers_mut().extend(told);
     if scope == Scope::Write {
         // The request around it in the log has the method, the path and the identifier.
         tracing::info!(target: "sketchmatch::audit", %tenant, key, status = response.status().as_u16(), "a write");

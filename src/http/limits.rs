@@ -49,20 +49,22 @@ impl Pace {
         Pace { per_second, limiter: RateLimiter::keyed(quota).with_middleware() }
     }
 
-    /// Counts a request; what the answer is to tell of those that are left.
-    ///
-    /// # Errors
-    /// 429 where there are none left now.
-    pub fn count(&self, tenant: &Tenant) -> Result<HeaderMap, (Problem, HeaderMap)> {
+    /// Counts a request: what is to be told of those that are left and, where there are none now, after how many seconds there
+    /// are.
+    pub fn count(&self, tenant: &Tenant) -> (HeaderMap, Option<u32>) {
         match self.limiter.check_key(tenant) {
-            Ok(state) => Ok(self.headers(state.remaining_burst_capacity(), 1)),
+            Ok(state) => (self.headers(state.remaining_burst_capacity(), 1), None),
             Err(until) => {
                 let wait = until.wait_time_from(self.limiter.clock().now());
                 let seconds = u32::try_from(wait.as_secs()).unwrap_or(u32::MAX).saturating_add(1);
-                let detail = format!("{} requests a second are taken from one tenant", self.per_second);
-                Err((Problem::too_many(detail, seconds), self.headers(0, seconds)))
+                (self.headers(0, seconds), Some(seconds))
             }
         }
+    }
+
+    /// 429: a tenant's requests come faster than this.
+    pub fn exceeded(&self, seconds: u32) -> Problem {
+        Problem::too_many(format!("{} requests a second are taken from one tenant", self.per_second), seconds)
     }
 
     fn headers(&self, left: u32, seconds: u32) -> HeaderMap {
@@ -115,16 +117,15 @@ mod tests {
         let pace = Pace::of(Quota::per_hour(two), two);
         let [one, other]: [Tenant; 2] = ["one", "other"].map(|name| name.parse().unwrap());
         let told = |headers: &HeaderMap| headers[LIMIT].to_str().unwrap().to_owned();
-        assert_eq!(told(&pace.count(&one).ok().unwrap()), "\"requests\";r=1;t=1");
-        let headers = pace.count(&one).ok().unwrap();
-        assert_eq!(
-            (told(&headers).as_str(), headers[POLICY].to_str().unwrap()),
-            ("\"requests\";r=0;t=1", "\"requests\";q=2;w=1")
-        );
-        let (problem, headers) = pace.count(&one).err().unwrap();
-        let wait = problem.retry_after.unwrap();
-        assert!(problem.status == 429 && (1..=1800).contains(&wait), "{problem:?}");
+        let (headers, wait) = pace.count(&one);
+        assert_eq!((told(&headers).as_str(), wait), ("\"requests\";r=1;t=1", None));
+        assert_eq!(headers[POLICY], "\"requests\";q=2;w=1");
+        assert_eq!(told(&pace.count(&one).0), "\"requests\";r=0;t=1");
+        let (headers, wait) = pace.count(&one);
+        let wait = wait.unwrap();
+        assert!((1..=1800).contains(&wait), "{wait}");
         assert_eq!(told(&headers), format!("\"requests\";r=0;t={wait}"));
-        assert!(pace.count(&other).is_ok());
+        assert_eq!((pace.exceeded(wait).status, pace.exceeded(wait).retry_after), (429, Some(wait)));
+        assert_eq!(pace.count(&other).1, None);
     }
 }

@@ -55,7 +55,7 @@ fn calls(mesh: &str, sketch: &str, matched: &str, pose: &str, bent: Value, place
     let json = |call: Call, body| Call { body: Body::Json(body), ..call };
     let name = json!({"name": "mine"});
     let asked = json!({"mesh": mesh, "sketch": sketch});
-    let sweep = json!({"request": asked, "pointer": "/regulariser/gamma", "values": [0.5]});
+    let sweep = json!({"request": asked, "pointer": "/basis/k", "values": [10]});
     let along: Vec<&Value> = places.as_array().unwrap().iter().map(|place| &place[0]).collect();
     let function = json!({"from": "sketch", "by": "points", "given": {"type": "function", "values": along}});
     let known = json!({"pairs": {"side": false, "points": [places[0]], "variants": {"front": [0]}}});
@@ -99,6 +99,7 @@ fn calls(mesh: &str, sketch: &str, matched: &str, pose: &str, bent: Value, place
         get("read_pose_basis", format!("/v1/poses/{pose}/basis"), 404),
         get("draw_pose", format!("/v1/poses/{pose}/picture?width=100"), 404),
         get("list_terms", "/v1/terms".to_owned(), 200),
+        get("list_bases", "/v1/bases".to_owned(), 200),
         get("read_inside", format!("/v1/matches/{matched}/inside"), 404),
         get("read_inverse", format!("/v1/matches/{matched}/inverse"), 404),
         get("read_mesh_functions", format!("/v1/meshes/{mesh}/functions?kind=eigenfunctions&k=20"), 404),

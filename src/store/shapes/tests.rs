@@ -245,7 +245,9 @@ async fn whoever_deletes_a_shape_while_others_upload_it_leaves_no_row_without_it
             let deletions = (0..2).map(|_| store.delete_shape(Kind::Mesh, &id));
             let (uploads, deletions) = tokio::join!(join_all(uploads), join_all(deletions));
             uploads.into_iter().for_each(|upload| drop(upload.unwrap()));
-            deletions.into_iter().for_each(|deletion| drop(deletion.unwrap()));
+            for deletion in deletions {
+                deletion.unwrap();
+            }
             if store.shape(Kind::Mesh, &id).await.unwrap().is_some() {
                 assert_eq!(store.mesh(&id).await.unwrap(), Some(square(0.1)));
                 assert!(store.file(Kind::Mesh, &id).await.unwrap().is_some());

@@ -4,8 +4,10 @@ import type { components } from "./schema";
 type Schemas = components["schemas"];
 
 export type Alternative = Schemas["Alternative"];
+export type Evaluation = Schemas["Evaluation"];
 export type Example = Schemas["ExampleDocument"];
 export type Geometry = Schemas["Geometry"];
+export type Known = Schemas["Known"];
 export type Match = Schemas["MatchDocument"];
 export type MatchRequest = Schemas["MatchRequest"];
 export type Matrix = Schemas["Matrix"];

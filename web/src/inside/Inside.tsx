@@ -1,6 +1,7 @@
 /** What the method did, and every knob of it. */
 import { useSignal } from "@preact/signals";
 import type { ComponentType } from "preact";
+import { Evaluation } from "./Evaluation";
 import { Functions } from "./Functions";
 import { HeatMaps } from "./HeatMap";
 import { Objective } from "./Objective";
@@ -14,6 +15,7 @@ const TABS: Record<string, ComponentType> = {
   "Functional map": HeatMaps,
   Objective,
   "Regions and eigenfunctions": Functions,
+  Evaluation,
   Times: Timings,
   Request,
 };
