@@ -215,7 +215,7 @@ def submit(nodes, count, shapes):
             answer = asked(nodes, 'POST', f'/v1/matches?name={key}', json.dumps(request).encode(),
                            {'Content-Type': 'application/json', 'Idempotency-Key': f'chaos-{key}'})
             with lock: ids[key] = answer['id']
-    clients = [threading.Thread(target=client) for _ in range(8)]
+    clients = [threading.Thread(target=client, daemon=True) for _ in range(8)]
     for thread in clients: thread.start()
     return ids, clients
 
