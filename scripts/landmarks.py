@@ -52,8 +52,8 @@ def errors(server, folder):
         request = {"mesh": mesh["id"], "sketch": sketch["id"], "landmarks": clicks}
         match = posted(server, "/v1/matches", request, prefer="wait=120")
         judged = posted(server, f"/v1/matches/{match['id']}/evaluations", {"pairs": pairs})
-        found[count] = judged["coherent"]["mean"]
-        reading = reading or judged["coherent"]["variant"]
+        found[count] = judged["pairs"]["coherent"]["mean"]
+        reading = reading or judged["pairs"]["best"]
     return found
 
 
