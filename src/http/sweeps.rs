@@ -68,9 +68,9 @@ async fn submitted(app: &App, body: Arc<JsonBody>) -> Result<Answer, Problem> {
     }
     let mut ready = Vec::new();
     for (i, value) in sweep.values.iter().enumerate() {
-        let request =
-            varied(&sweep, value).and_then(|request| Ok(json::parsed::<MatchRequest>(request.to_string().as_bytes())?));
-        let request = request.map_err(|problem| of_value(i, problem))?;
+        let request = varied(&sweep, value)?.to_string();
+        let request = json::parsed::<MatchRequest>(request.as_bytes());
+        let request = request.map_err(|problem| of_value(i, problem.into()))?;
         let (settings, payload, _) =
             matches::payload(app, request, None).await.map_err(|problem| of_value(i, problem))?;
         ready.push((settings, payload, format!("{} = {value}", sweep.pointer)));
