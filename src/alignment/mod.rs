@@ -53,7 +53,7 @@ const SAME_VIEW: f64 = 0.8;
 /// A view from the side looks along the normal of the plane of symmetry, within the angle of this cosine.
 const SIDEWAYS: f64 = 0.8;
 
-/// The sketch laid on the mesh, landmarks kept. `first` is told what it looks like at first sight, on the best view of the
+/// The sketch laid on the mesh, landmarks kept. `first`, where somebody asks, is told what it looks like at first sight, on the best view of the
 /// mesh as it is, before poses are looked for: without alternatives.
 ///
 /// # Errors
@@ -63,14 +63,14 @@ pub fn aligned(
     mesh: &PreparedMesh,
     upright: Option<Upright>,
     landmarks: &[Pair],
-    first: &dyn Fn(Alignment),
+    first: Option<&dyn Fn(Alignment)>,
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
     let scene = &Scene { shape, mesh, upright, watch };
     let (landmarks, none) = (&Landmarks::new(shape, landmarks, watch)?, &Landmarks::new(shape, &[], watch)?);
     let candidates = candidates(scene)?;
     let at_first = attempts(scene, &candidates, none)?;
-    if let [best, others @ ..] = &at_first[..] {
+    if let (Some(first), [best, others @ ..]) = (first, &at_first[..]) {
         let doubts = trust::doubts(scene, best, others, landmarks);
         first(answer(scene, best.clone().holding(scene, landmarks), &doubts, false, landmarks, Vec::new()));
     }

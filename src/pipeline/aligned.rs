@@ -27,15 +27,15 @@ pub(super) struct Aligned {
     pub visible: Vec<u32>,
 }
 
-/// The sketch laid on the figure as the settings ask for it. Landmarks are pairs of vertices. `first` is told what it looks
-/// like at first sight.
+/// The sketch laid on the figure as the settings ask for it. Landmarks are pairs of vertices. `first`, where
+/// somebody asks, is told what it looks like at first sight.
 pub(super) fn aligned(
     sketch: &Sketch,
     figure: &Figure,
     landmarks: &[[usize; 2]],
     settings: &Settings,
     surroundings: &Surroundings<'_>,
-    first: &dyn Fn(Aligned),
+    first: Option<&dyn Fn(Aligned)>,
     watch: &dyn Watch,
 ) -> Result<Aligned, MatchError> {
     let prepared = &*surroundings.preparations.prepared(&figure.mesh, watch)?;
@@ -43,8 +43,9 @@ pub(super) fn aligned(
     let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
     let upright = upright(&settings.up, sketch, &shape, prepared);
     let of = |alignment| Aligned::of(alignment, prepared, settings.part);
-    let first = |alignment| first(of(alignment));
-    Ok(of(alignment::aligned(&shape, prepared, upright, &pairs, &first, watch)?))
+    let first = first.map(|first| move |alignment| first(of(alignment)));
+    let first = first.as_ref().map(|first| first as &dyn Fn(Alignment));
+    Ok(of(alignment::aligned(&shape, prepared, upright, &pairs, first, watch)?))
 }
 
 /// Which way is up on both shapes, in the axes they are laid in; nothing where it is not known of one of them.

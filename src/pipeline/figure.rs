@@ -54,7 +54,7 @@ impl Chosen {
                 let Some(figure) = Figure::of_components(mesh, &components, set, watch)? else { continue };
                 let landmarks =
                     landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
-                let laid = aligned(sketch, &figure, &landmarks, settings, surroundings, &|_| (), watch)?;
+                let laid = aligned(sketch, &figure, &landmarks, settings, surroundings, None, watch)?;
                 if best.as_ref().is_none_or(|best| laid.alignment.score < best.score()) {
                     best = Some(Chosen { figure, landmarks, aligned: Some(laid), of_several: true });
                 }

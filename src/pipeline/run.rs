@@ -44,18 +44,21 @@ pub fn run(
     let laid = chosen.aligned.take();
     let full = stages.run(Stage::Spectrum, |watch| spectra(settings, sketch, &chosen.figure, surroundings, watch))?;
     let matching = Matching::new(sketch, mesh, settings, chosen, full);
-    let first = |aligned: Aligned| {
-        let Some(preview) = surroundings.preview else { return };
-        // Who is asked to stop, and what fails at first sight, is found out by the answer itself.
-        if let Ok(answer) = matching.answer(Some(&aligned), stages.within(Stage::Alignment)) {
-            preview(MatchResult { preview: true, ..answer });
+    let first = surroundings.preview.map(|preview| {
+        let (matching, stages) = (&matching, &stages);
+        move |aligned: Aligned| {
+            // Who is asked to stop, and what fails at first sight, is found out by the answer itself.
+            if let Ok(answer) = matching.answer(Some(&aligned), stages.within(Stage::Alignment)) {
+                preview(MatchResult { preview: true, ..answer });
+            }
         }
-    };
+    });
+    let first = first.as_ref().map(|first| first as &dyn Fn(Aligned));
     let aligned = match settings.alignment {
         Alignment::View { .. } if laid.is_some() => laid,
         Alignment::View { .. } => Some(stages.run(Stage::Alignment, |watch| {
             let Chosen { figure, landmarks, .. } = &matching.chosen;
-            aligned(sketch, figure, landmarks, settings, surroundings, &first, watch)
+            aligned(sketch, figure, landmarks, settings, surroundings, first, watch)
         })?),
         Alignment::None {} => None,
     };
