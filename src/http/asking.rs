@@ -78,8 +78,11 @@ where
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
     let id = location.trim_start_matches(T::PATH).trim_start_matches('/');
-    let mut response = match finished(app, id, patience).await? {
-        Some(job) => Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response(),
+    let mut response = match waited_for(app, id, patience).await? {
+        Some(job) if job.state.finished() => {
+            Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response()
+        }
+        Some(job) => accepted(Answer::json(StatusCode::ACCEPTED, Some(location), &described::<T>(app, job).await?)?),
         None => accepted(answer),
     };
     let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
@@ -94,20 +97,18 @@ fn accepted(answer: Answer) -> Response {
     response
 }
 
-/// The job once it is finished; nothing where that takes longer than `patience` or the server stops.
-async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
+/// The job once it is finished, or as it is when `patience` is at its end or the server stops; nothing where it was deleted.
+async fn waited_for(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
     let deadline = Instant::now() + patience;
     let mut changes = app.store.job_changes(id);
+    let mut waits = true;
     loop {
         let job = app.store.job(id).await?;
-        match job {
-            Some(job) if job.state.finished() => return Ok(Some(job)),
-            Some(_) => {}
-            None => return Ok(None),
+        let unfinished = job.as_ref().is_some_and(|job| !job.state.finished());
+        if !(waits && unfinished) {
+            return Ok(job);
         }
-        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
-            return Ok(None);
-        }
+        waits = timeout_at(deadline, app.change(&mut changes)).await == Ok(true);
     }
 }
 

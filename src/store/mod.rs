@@ -31,6 +31,7 @@ mod sweep;
 mod tenancy;
 mod tensors;
 mod upgrade;
+mod uploads;
 mod usage;
 
 use std::sync::Arc;
@@ -55,8 +56,9 @@ pub use page::Page;
 pub use place::{BlobUrl, Config, DatabaseUrl};
 pub use queue::{LEASE, MAX_DEATHS, MAX_TRIES};
 pub use retention::{Gone, Retention};
-pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
+pub use shapes::{Deletion, Kind, Shape, SourceFile};
 pub use spectra::SpectrumKey;
+pub use uploads::{Source, Unkept};
 pub use usage::Usage;
 
 /// The one door to what outlives the process. Clones share it; the last one dropped gives the data directory free.

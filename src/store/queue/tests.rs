@@ -217,7 +217,7 @@ async fn a_job_whose_process_died_runs_alone_from_then_on() {
 #[tokio::test]
 async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
     on_every_database(async |_, store| {
-        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, vertices) VALUES ('m', 'mesh', '{}', 0, 50)")
+        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, matched) VALUES ('m', 'mesh', '{}', 0, 50)")
             .execute(&store.pool)
             .await
             .unwrap();
