@@ -28,10 +28,11 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
     limits.admit_bytes(bytes.len())?;
     let mut polygons = formats::read(bytes, format, &limits.of_reading(bytes.len()))?;
     let mut faults = mem::take(&mut polygons.faults);
-    for (count, unit) in [(polygons.positions.len(), "vertices"), (polygons.faces().len(), "faces")] {
-        if count == 0 {
-            faults.push(Place::file(), format!("there are no {unit}"));
-        }
+    if polygons.positions.is_empty() && polygons.ignored == 0 {
+        faults.push(Place::file(), "there are no vertices");
+    }
+    if polygons.faces().len() == 0 {
+        faults.push(Place::file(), without_faces(&polygons));
     }
     let cut = Cut::of(&polygons, &mut faults);
     faults.into_result()?;
@@ -48,6 +49,17 @@ pub fn import(bytes: &[u8], format: Format, limits: &Limits) -> Result<Imported,
     }
     told.extend(warnings::of_components(&mesh));
     Ok(Imported { mesh, warnings: told })
+}
+
+/// Why a file without faces is not matched.
+fn without_faces(polygons: &Polygons) -> &'static str {
+    if polygons.ignored > 0 {
+        "there are no faces, only lines or points: save the surface itself"
+    } else if polygons.positions.is_empty() {
+        "there are no faces"
+    } else {
+        "there are no faces, only points: make a surface of them first, for example by Poisson reconstruction"
+    }
 }
 
 /// Why a file with faces has no surface that could be matched.

@@ -1,6 +1,6 @@
 use std::io::Cursor;
 
-use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
+use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -189,6 +189,49 @@ fn a_white_figure_without_a_page_is_seen() {
     assert!(is_whole(svg(&format!(r##"<polygon points="{PERSON}" fill="#fff"/>"##))));
 }
 
+/// A picture without a page as a PNG.
+fn cut_out(pixel: impl Fn(u32, u32) -> [u8; 4]) -> Result<Imported, Refusal> {
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = RgbaImage::from_fn(400, 500, |x, y| Rgba(pixel(x, y)));
+    DynamicImage::ImageRgba8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
+    from_picture(bytes.get_ref(), Choice { vertices: 300, figure: 0 }, &Config::default())
+}
+
+#[test]
+fn a_pale_coat_cut_out_of_a_photograph_is_a_part_of_its_figure() {
+    let coat = |x: u32, y: u32| match (100..300).contains(&y) {
+        true => [250 + ((x * 7 + y * 3) % 6) as u8; 3],
+        false => [120, 90, 60],
+    };
+    let read = cut_out(|x, y| {
+        let [r, g, b] = coat(x, y);
+        let opacity = if is_in_person([f64::from(x) + 0.5, f64::from(y) + 0.5]) { 255 } else { 0 };
+        [r, g, b, opacity]
+    });
+    assert!(is_whole(read));
+}
+
+#[test]
+fn a_figure_that_a_corner_cuts_off_is_not_the_ground() {
+    let sunset = r##"<linearGradient id="g" x2="0" y2="1"><stop stop-color="#f22"/><stop offset="1" stop-color="#f82"/></linearGradient><path d="M0 0H400V500H0Z" fill="url(#g)"/>"##;
+    let read = svg(&format!(r#"{sunset}<path d="M120 80L200 60L260 200L400 300V500H220L180 300Z"/>"#)).unwrap();
+    assert!(codes(&read).contains(&WarningCode::CutByBorder));
+    // Of its corners by the shoelace formula.
+    assert!((read.sketch.mesh().area() / 69_000.0 - 1.0).abs() < 0.02, "{}", read.sketch.mesh().area());
+}
+
+#[test]
+fn what_is_clipped_away_takes_no_room() {
+    let clipped = r#"<clipPath id="c"><path d="M150 200H250V300H150Z"/></clipPath><path clip-path="url(#c)" d="M0 0H400V500H0Z"/>"#;
+    let read = svg(clipped).unwrap();
+    // To a pixel of a canvas that shows nothing else, not of one that shows all of the shape.
+    let [low, high] = read.figures[0].bounds;
+    assert!(
+        [low[0] - 150.0, low[1] - 200.0, high[0] - 250.0, high[1] - 300.0].iter().all(|off| off.abs() < 0.2),
+        "{low:?} {high:?}"
+    );
+}
+
 #[test]
 fn colours_tell_the_figure_from_the_ground() {
     let dark_below = |_, y| if y < 240 { [250, 214, 180] } else { [30, 30, 60] };
@@ -281,6 +324,26 @@ fn rules_across_the_paper_are_no_part_of_the_figure() {
         _ => [252, 252, 248],
     };
     assert!(is_whole(png(person(|_, _| [20; 3], rules))));
+}
+
+#[test]
+fn a_line_on_ruled_paper_that_lies_askew_half_in_shadow_is_its_figure() {
+    let photograph = RgbImage::from_fn(400, 500, |x, y| {
+        let (sine, cosine) = 0.04f64.sin_cos();
+        let [x, y] = [f64::from(x) - 199.5, f64::from(y) - 249.5];
+        let [u, v] = [200.0 + cosine * x + sine * y, 250.0 - sine * x + cosine * y];
+        let steps = [[4.0, 0.0], [-4.0, 0.0], [0.0, 4.0], [0.0, -4.0]];
+        let is_line = is_in_person([u, v]) && steps.iter().any(|[du, dv]| !is_in_person([u + du, v + dv]));
+        let colour = match () {
+            () if !(12.0..388.0).contains(&u) || !(12.0..488.0).contains(&v) => return Rgb([95, 80, 70]),
+            () if is_line => [40.0, 45.0, 90.0],
+            () if v.rem_euclid(17.0) < 1.2 => [150.0, 175.0, 215.0],
+            () => [236.0, 232.0, 222.0],
+        };
+        let light = 1.0 - 0.35 / (1.0 + ((u - 160.0) / 20.0).exp());
+        Rgb(colour.map(|value| (value * light) as u8))
+    });
+    assert!(is_whole(png(photograph)));
 }
 
 #[test]

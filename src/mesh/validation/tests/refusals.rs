@@ -54,7 +54,11 @@ fn refuses_what_leaves_no_surface_with_every_face() {
 #[test]
 fn refuses_what_has_no_vertices_or_faces() {
     assert_eq!(reasons(""), ["file: there are no vertices", "file: there are no faces"]);
-    assert_eq!(reasons("v 0 0 0\n"), ["file: there are no faces"]);
+    let points =
+        "file: there are no faces, only points: make a surface of them first, for example by Poisson reconstruction";
+    assert_eq!(reasons("v 0 0 0\n"), [points]);
+    let lines = "file: there are no faces, only lines or points: save the surface itself";
+    assert_eq!(reasons("v 0 0 0\nv 1 0 0\nl 1 2\n"), [lines]);
 }
 
 #[test]
