@@ -1,9 +1,8 @@
 //! The ground a figure is drawn on, and how much every pixel differs from it.
 
 use super::Sheet;
-use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
-use crate::raster::pieces::{Pieces, Run};
+use crate::raster::pieces::Pieces;
 
 /// Colours of neighbours differ by no more within a ground, in 255ths; shades and soft shadows change more slowly.
 const STEADY: u8 = 12;
@@ -17,12 +16,6 @@ const OFF_EDGE: f32 = 1.25;
 
 /// How far from a corner of the sheet its ground is looked for, in parts of the sheet's side.
 const CORNER: f64 = 0.02;
-
-/// Width of the band along the border of a sheet that is ground for the most part, in parts of its side.
-const BORDER: f64 = 0.05;
-
-/// The least light that is evened out, in parts of that on the middle one of the blocks: below it colours are lost in noise.
-const DARKEST: f32 = 0.4;
 
 /// The ground of a sheet.
 pub(super) struct Ground {
@@ -39,9 +32,7 @@ pub(super) struct Ground {
 impl Ground {
     pub fn of(colours: &[[u8; 3]], sheet: &Sheet) -> Ground {
         let (width, height) = (sheet.area.width(), sheet.area.height());
-        // A small picture made larger is no more even within than where its ground is.
-        let at_border = sheet.border(BORDER * width.max(height) as f64);
-        let noise = noise(colours, &sheet.area).min(noise(colours, &at_border));
+        let noise = noise(colours, sheet);
         let smoothed;
         let colours = if noise > 1 {
             smoothed = smoothed_colours(colours, width, height);
@@ -54,7 +45,6 @@ impl Ground {
         let mut seen = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(piece));
         let plain: Vec<[u8; 3]> = pieces.iter().filter_map(|piece| one_colour(colours, piece)).collect();
         let blocks = Blocks::of(colours, &seen);
-        let light = f32::from(blocks.light());
         let (mut contrast, mut shade) = (vec![0; colours.len()], vec![0; colours.len()]);
         for y in 0..height {
             for run in sheet.area.runs(y) {
@@ -63,11 +53,8 @@ impl Ground {
                     let around = blocks.colour(x, y);
                     let grounds = plain.iter().copied().chain([around]);
                     let ground = grounds.min_by_key(|&ground| apart(colour, ground)).unwrap_or(around);
-                    // What lies in a shadow differs from its ground by as much less as there is less light.
-                    let own_light = if plain.contains(&ground) { light } else { f32::from(lightness(ground)) };
-                    let lit = |value: u8| (f32::from(value) * (light / own_light.max(DARKEST * light)).max(1.0)) as u8;
-                    contrast[y * width + x] = lit(apart(colour, ground));
-                    shade[y * width + x] = lit(lightness(colour).abs_diff(lightness(ground)));
+                    contrast[y * width + x] = apart(colour, ground);
+                    shade[y * width + x] = lightness(colour).abs_diff(lightness(ground));
                 }
             }
         }
@@ -136,11 +123,11 @@ fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
 }
 
 /// The median difference of pixels beside each other.
-fn noise(colours: &[[u8; 3]], area: &Bitmap) -> u8 {
-    let width = area.width();
+fn noise(colours: &[[u8; 3]], sheet: &Sheet) -> u8 {
+    let width = sheet.area.width();
     let mut counts = [0usize; 256];
-    for y in (0..area.height()).step_by(4) {
-        for run in area.runs(y) {
+    for y in (0..sheet.area.height()).step_by(4) {
+        for run in sheet.area.runs(y) {
             for x in run.clone().skip(1) {
                 counts[usize::from(apart(colours[y * width + x], colours[y * width + x - 1]))] += 1;
             }
@@ -193,11 +180,12 @@ fn steady(colours: &[[u8; 3]], sheet: &Sheet, most: u8) -> Bitmap {
     steady
 }
 
-/// The pieces of what is steady that lie in the corners of the sheet; not a figure that is cut off by one of them.
+/// The pieces of what is steady that lie in the corners of the sheet.
 fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
     let pieces = Pieces::of(steady, false);
     let reach = CORNER * steady.width().max(steady.height()) as f64;
-    let at_corner = |[right, down]: [f64; 2]| {
+    let mut chosen = Vec::new();
+    for [right, down] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
         let depth = |x: usize, y: usize| right * x as f64 + down * y as f64;
         let deepest = |from: usize, to: usize, y: usize| depth(from, y).max(depth(to - 1, y));
         let rows = (0..steady.height()).flat_map(|y| sheet.area.runs(y).map(move |run| (y, run)));
@@ -208,19 +196,8 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
             sizes[run.piece] += (run.from..run.to).filter(|&x| depth(x, run.y) >= near).count();
         }
         // The one that takes most of the place about the corner: of squared paper a square, not its lines.
-        (0..sizes.len()).filter(|&piece| sizes[piece] > 0).max_by_key(|&piece| sizes[piece])
-    };
-    let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].map(at_corner);
-    let middle = PixelBox::of(&sheet.area).map(middle_of);
-    let is_cut_figure = |piece: usize| {
-        let others: Vec<usize> = corners.into_iter().flatten().filter(|&other| other != piece).collect();
-        let reaches_middle = |run: &Run| middle.is_some_and(|middle| overlaps(run, middle));
-        matches!(others[..], [a, b, c] if a == b && b == c)
-            && pieces.runs.iter().any(|run| run.piece == piece && reaches_middle(run))
-    };
-    let mut chosen: Vec<usize> = Vec::new();
-    for piece in corners.into_iter().flatten() {
-        if !chosen.contains(&piece) && !is_cut_figure(piece) {
+        let largest = (0..sizes.len()).filter(|&piece| sizes[piece] > 0).max_by_key(|&piece| sizes[piece]);
+        if let Some(piece) = largest.filter(|piece| !chosen.contains(piece)) {
             chosen.push(piece);
         }
     }
@@ -231,16 +208,6 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
         }
     }
     grounds
-}
-
-/// The middle third of a box, across and down.
-fn middle_of(PixelBox { low, high }: PixelBox) -> PixelBox {
-    let third = [0, 1].map(|i| (high[i] - low[i]) / 3);
-    PixelBox { low: [0, 1].map(|i| low[i] + third[i]), high: [0, 1].map(|i| high[i] - third[i]) }
-}
-
-fn overlaps(run: &Run, PixelBox { low, high }: PixelBox) -> bool {
-    (low[1]..high[1]).contains(&run.y) && run.from < high[0] && low[0] < run.to
 }
 
 /// The mean colour of the ground by blocks; where none is seen that of a larger block around.
@@ -277,14 +244,6 @@ impl Blocks {
             levels.push(coarse);
         }
         Blocks { levels }
-    }
-
-    /// The median brightness of the blocks in which ground is seen; 0 where none is.
-    fn light(&self) -> u8 {
-        let seen = self.levels.first().into_iter().flat_map(|level| &level.sums).filter(|sums| sums[3] > 0);
-        let mut light: Vec<u8> = seen.map(|&[r, g, b, n]| lightness([r, g, b].map(|sum| (sum / n) as u8))).collect();
-        let middle = light.len() / 2;
-        if light.is_empty() { 0 } else { *light.select_nth_unstable(middle).1 }
     }
 
     /// The colour of the ground about a pixel; white where no ground is seen at all.

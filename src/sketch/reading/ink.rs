@@ -67,17 +67,17 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let border = sheet.border(1.0);
     let faintest = LEAST_CONTRAST.max(ground.noise.saturating_mul(NOISES));
     let mut least = faintest;
-    let mut seen = above(ground, sheet, least);
+    let mut ink = above(ground, sheet, least);
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
     // Lines that run over the border are squares or rules, which are no scene.
-    let is_scene = opened(&seen, SEAM).and(&band).area() as f64 > SCENE * band.area() as f64;
-    let mut ink = without_rules(&seen, sheet);
+    let is_scene = opened(&ink, SEAM).and(&band).area() as f64 > SCENE * band.area() as f64;
     while crossings(&ink, &border) > PATTERN && least < STRONGEST_PATTERN {
         least += least / 3;
-        seen = above(ground, sheet, least);
-        ink = without_rules(&seen, sheet);
+        ink = above(ground, sheet, least);
     }
     let patterned = least > faintest;
+    let seen = ink;
+    let ink = without_rules(&seen, sheet);
     let rules = seen.without(&ink);
     let strong = exceeded(&ground.contrast, &ink, 4);
     let all = without_dust(&without_seams(ground, ink, strong));

@@ -212,15 +212,6 @@ fn a_pale_coat_cut_out_of_a_photograph_is_a_part_of_its_figure() {
 }
 
 #[test]
-fn a_figure_that_a_corner_cuts_off_is_not_the_ground() {
-    let sunset = r##"<linearGradient id="g" x2="0" y2="1"><stop stop-color="#f22"/><stop offset="1" stop-color="#f82"/></linearGradient><path d="M0 0H400V500H0Z" fill="url(#g)"/>"##;
-    let read = svg(&format!(r#"{sunset}<path d="M120 80L200 60L260 200L400 300V500H220L180 300Z"/>"#)).unwrap();
-    assert!(codes(&read).contains(&WarningCode::CutByBorder));
-    // Of its corners by the shoelace formula.
-    assert!((read.sketch.mesh().area() / 69_000.0 - 1.0).abs() < 0.02, "{}", read.sketch.mesh().area());
-}
-
-#[test]
 fn what_is_clipped_away_takes_no_room() {
     let clipped = r#"<clipPath id="c"><path d="M150 200H250V300H150Z"/></clipPath><path clip-path="url(#c)" d="M0 0H400V500H0Z"/>"#;
     let read = svg(clipped).unwrap();
@@ -324,26 +315,6 @@ fn rules_across_the_paper_are_no_part_of_the_figure() {
         _ => [252, 252, 248],
     };
     assert!(is_whole(png(person(|_, _| [20; 3], rules))));
-}
-
-#[test]
-fn a_line_on_ruled_paper_that_lies_askew_half_in_shadow_is_its_figure() {
-    let photograph = RgbImage::from_fn(400, 500, |x, y| {
-        let (sine, cosine) = 0.04f64.sin_cos();
-        let [x, y] = [f64::from(x) - 199.5, f64::from(y) - 249.5];
-        let [u, v] = [200.0 + cosine * x + sine * y, 250.0 - sine * x + cosine * y];
-        let steps = [[4.0, 0.0], [-4.0, 0.0], [0.0, 4.0], [0.0, -4.0]];
-        let is_line = is_in_person([u, v]) && steps.iter().any(|[du, dv]| !is_in_person([u + du, v + dv]));
-        let colour = match () {
-            () if !(12.0..388.0).contains(&u) || !(12.0..488.0).contains(&v) => return Rgb([95, 80, 70]),
-            () if is_line => [40.0, 45.0, 90.0],
-            () if v.rem_euclid(17.0) < 1.2 => [150.0, 175.0, 215.0],
-            () => [236.0, 232.0, 222.0],
-        };
-        let light = 1.0 - 0.35 / (1.0 + ((u - 160.0) / 20.0).exp());
-        Rgb(colour.map(|value| (value * light) as u8))
-    });
-    assert!(is_whole(png(photograph)));
 }
 
 #[test]

@@ -48,6 +48,7 @@ pub(super) fn canvas(tree: &Tree, view: &View) -> Result<Canvas, Refusal> {
 }
 
 /// A part of a document's canvas.
+#[derive(Clone, Copy)]
 struct Window {
     low: [f32; 2],
     high: [f32; 2],

@@ -178,17 +178,19 @@ fn document(json: &[u8]) -> Result<Document, Refusal> {
 
 /// Takes out of a document what nobody here reads.
 fn leave_out_unread(document: &mut Map<String, Value>) {
-    let leave_out = |members: &mut Value, names: &[&str]| {
-        if let Some(members) = members.as_object_mut() {
-            names.iter().for_each(|name| drop(members.remove(*name)));
-        }
-    };
     UNREAD.iter().for_each(|name| drop(document.remove(*name)));
-    let list = |members: Option<&mut Value>| members.and_then(Value::as_array_mut).into_iter().flatten();
-    list(document.get_mut("nodes")).for_each(|node| leave_out(node, &UNREAD_OF_NODE));
-    for mesh in list(document.get_mut("meshes")) {
-        list(mesh.get_mut("primitives")).for_each(|primitive| leave_out(primitive, &UNREAD_OF_PRIMITIVE));
+    for node in objects(document, "nodes") {
+        UNREAD_OF_NODE.iter().for_each(|name| drop(node.remove(*name)));
     }
+    for primitive in objects(document, "meshes").flat_map(|mesh| objects(mesh, "primitives")) {
+        UNREAD_OF_PRIMITIVE.iter().for_each(|name| drop(primitive.remove(*name)));
+    }
+}
+
+/// The objects in a list.
+fn objects<'a>(of: &'a mut Map<String, Value>, name: &str) -> impl Iterator<Item = &'a mut Map<String, Value>> {
+    let list = of.get_mut(name).and_then(Value::as_array_mut);
+    list.into_iter().flatten().filter_map(Value::as_object_mut)
 }
 
 /// The JSON with the number of the data in place of all data that stand in it, and those data.
