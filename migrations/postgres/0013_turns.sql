@@ -6,3 +6,5 @@ ALTER TABLE jobs ADD COLUMN blamed BIGINT NOT NULL DEFAULT 0;
 CREATE INDEX jobs_by_death ON jobs (died_ms) WHERE died_ms IS NOT NULL;
 
 CREATE INDEX jobs_by_start ON jobs (tenant, started_ms) WHERE started_ms IS NOT NULL;
+
+CREATE INDEX jobs_running_by_tenant ON jobs (tenant) WHERE state = 'running';

@@ -8,3 +8,6 @@ CREATE INDEX jobs_by_death ON jobs (died_ms) WHERE died_ms IS NOT NULL;
 
 -- When a tenant was last served.
 CREATE INDEX jobs_by_start ON jobs (tenant, started_ms) WHERE started_ms IS NOT NULL;
+
+-- How many jobs of a tenant run.
+CREATE INDEX jobs_running_by_tenant ON jobs (tenant) WHERE state = 'running';

@@ -23,6 +23,7 @@ mod openapi;
 mod pictures;
 mod poses;
 mod program;
+mod queue;
 mod researchers;
 #[path = "../../src/store/database/testing/schema.rs"]
 mod schema;

@@ -27,19 +27,35 @@ const LONGEST_REST_MS: i64 = LONGEST_REST.as_millis() as i64;
 /// How long a batch job stands behind those that somebody waits for, before it takes its turn among them.
 const LONGEST_BATCH_WAIT_MS: i64 = 3_600_000;
 
-/// Every tenant with jobs of the kind $1 that wait, how many of its jobs run, and when one was last begun.
-const TENANTS: &str = "SELECT tenant, \
-    (SELECT count(*) FROM jobs AS others WHERE others.tenant = queued.tenant AND others.state = 'running') AS running, \
-    COALESCE((SELECT max(started_ms) FROM jobs AS others \
-     WHERE others.tenant = queued.tenant AND others.started_ms IS NOT NULL), 0) AS served_ms \
-    FROM (SELECT DISTINCT tenant FROM jobs WHERE state = 'queued' AND kind = $1) AS queued";
+/// How often a node looks again that finds the jobs of the tenant whose turn it is taken by others at the same moment: it is
+/// another tenant's turn then.
+const LOOKS: usize = 8;
 
-/// Which of `waiting` are of the kind $1 and may be taken at `now_ms`. No rest is longer than the longest: what seems so was begun
-/// before the clock was set back.
+/// Which of `waiting` are of the kind $1 and may be taken now. No rest is longer than the longest: what seems so was begun before
+/// the clock was set back.
 fn due() -> String {
     format!(
-        "waiting.state = 'queued' AND waiting.kind = $1 \
-         AND (waiting.due_ms <= now_ms OR waiting.due_ms > now_ms + {LONGEST_REST_MS})"
+        "waiting.state = 'queued' AND waiting.kind = $1 AND (waiting.due_ms <= (SELECT now_ms FROM clock) \
+         OR waiting.due_ms > (SELECT now_ms FROM clock) + {LONGEST_REST_MS})"
+    )
+}
+
+/// The priority of one of `waiting` now.
+fn rank() -> String {
+    format!(
+        "CASE WHEN waiting.created_ms > (SELECT now_ms FROM clock) - {LONGEST_BATCH_WAIT_MS} THEN waiting.priority ELSE 0 END"
+    )
+}
+
+/// The tenant whose turn it is of those with jobs of the kind $1 that may be taken.
+fn tenant() -> String {
+    format!(
+        "SELECT tenant FROM (SELECT waiting.tenant, min({}) AS best, min(waiting.created_ms) AS oldest FROM jobs AS waiting \
+         WHERE {} GROUP BY waiting.tenant) AS tenants ORDER BY best, (SELECT count(*) FROM jobs AS others \
+         WHERE others.tenant = tenants.tenant AND others.state = 'running'), COALESCE((SELECT max(started_ms) FROM jobs AS others \
+         WHERE others.tenant = tenants.tenant AND others.started_ms IS NOT NULL), 0), oldest LIMIT 1",
+        rank(),
+        due()
     )
 }
 
@@ -65,26 +81,31 @@ impl Store {
              revision = revision + 1, started_ms = (SELECT now_ms FROM clock), \
              lease_ms = (SELECT now_ms FROM clock) + $2 \
              WHERE state = 'queued' AND ($3 OR (memory <= $4 AND deaths = 0)) AND id = (SELECT waiting.id \
-             FROM jobs AS waiting JOIN ({TENANTS}) AS tenants ON tenants.tenant = waiting.tenant CROSS JOIN clock \
-             WHERE {} ORDER BY CASE WHEN waiting.created_ms > now_ms - $5 THEN waiting.priority ELSE 0 END, \
-             tenants.running, tenants.served_ms, waiting.priority, waiting.created_ms, waiting.id LIMIT 1 {}) \
-             RETURNING {}, payload, tries, memory, deaths",
+             FROM jobs AS waiting WHERE {} AND waiting.tenant = ({}) \
+             ORDER BY {}, waiting.created_ms, waiting.id LIMIT 1 {}) RETURNING {}, payload, tries, memory, deaths",
             due(),
+            tenant(),
+            rank(),
             self.engine.for_update_of("waiting"),
             Job::COLUMNS
         );
         let memory = i64::try_from(room.memory).unwrap_or(i64::MAX);
         for kind in kinds {
-            let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(*kind).bind(LEASE_MS);
-            let query = query.bind(room.alone).bind(memory).bind(LONGEST_BATCH_WAIT_MS);
-            // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
-            let leases: Vec<Lease> = timed(Operation::Claim, query.fetch_all(&self.pool)).await?;
-            if let Some(lease) = leases.into_iter().next() {
-                self.changes.tell_of_job(&lease.job.id, Some(State::Running));
-                return Ok(Some(lease));
-            }
-            if !room.alone && self.is_due(kind).await? {
-                return Ok(None);
+            for _ in 0..LOOKS {
+                let query = sqlx::query_as(AssertSqlSafe(sql.clone())).bind(*kind).bind(LEASE_MS);
+                let query = query.bind(room.alone).bind(memory);
+                // A RETURNING statement is committed when it is read to its end, which `fetch_one` need not do.
+                let leases: Vec<Lease> = timed(Operation::Claim, query.fetch_all(&self.pool)).await?;
+                if let Some(lease) = leases.into_iter().next() {
+                    self.changes.tell_of_job(&lease.job.id, Some(State::Running));
+                    return Ok(Some(lease));
+                }
+                if !self.is_due(kind).await? {
+                    break;
+                }
+                if !room.alone {
+                    return Ok(None);
+                }
             }
         }
         Ok(None)
@@ -92,7 +113,7 @@ impl Store {
 
     /// Whether a job of this kind waits that may be taken.
     async fn is_due(&self, kind: &str) -> Result<bool, StoreError> {
-        let sql = format!("SELECT waiting.id FROM jobs AS waiting CROSS JOIN clock WHERE {} LIMIT 1", due());
+        let sql = format!("SELECT waiting.id FROM jobs AS waiting WHERE {} LIMIT 1", due());
         Ok(sqlx::query(AssertSqlSafe(sql)).bind(kind).fetch_optional(&self.pool).await?.is_some())
     }
 
