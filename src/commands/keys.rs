@@ -119,9 +119,7 @@ async fn carry_out(keys: &Keys, command: Command) -> anyhow::Result<()> {
             ensure!(keys.revoke(&id).await?, "there is no key {id} that was not revoked before");
             Ok(())
         }
-        Command::Webhook { tenant, renew, .. } => {
-            printed(&secret_as_text(&keys.webhook_secret(&tenant, renew).await?))
-        }
+        Command::Webhook { tenant, renew, .. } => printed(&secret_as_text(&keys.webhook_secret(&tenant, renew).await?)),
         Command::Rotate { id, overlap, .. } => {
             let old = keys.key(&id).await?.filter(|key| key.revoked_ms.is_none());
             let old = old.with_context(|| format!("there is no key {id} that was not revoked before"))?;

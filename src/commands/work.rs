@@ -7,8 +7,8 @@ use rustix::fs::Mode;
 use rustix::process::umask;
 use tokio_util::sync::CancellationToken;
 
-use super::signals::stop_on_signal;
 use super::serve::listener;
+use super::signals::stop_on_signal;
 use crate::config::{Listen, StoreOptions, WorkerOptions};
 use crate::telemetry::{self, Log};
 use sketchmatch::http::{self, App};

@@ -71,8 +71,8 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use crate::access::{Grant, Signer};
 use crate::jobs;
-use crate::webhooks;
 use crate::store::{Job, JobChanges, NewJob, Places, Store, StoreError, Submitted, Unkept};
+use crate::webhooks;
 use admission::{Admission, Door};
 use connections::Limits;
 use examples::Examples;

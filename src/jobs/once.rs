@@ -112,7 +112,11 @@ mod tests {
             let answers: Vec<_> = thread::scope(|scope| {
                 let needed = [&store, &other].into_iter().cycle().take(8);
                 let threads: Vec<_> = needed
-                    .map(|store| scope.spawn(|| once((store, &runtime), (Cache::Spectra, "spectrum"), &Unwatched, cached, compute)))
+                    .map(|store| {
+                        scope.spawn(|| {
+                            once((store, &runtime), (Cache::Spectra, "spectrum"), &Unwatched, cached, compute)
+                        })
+                    })
                     .collect();
                 threads.into_iter().map(|thread| thread.join().unwrap().unwrap()).collect()
             });
@@ -132,7 +136,9 @@ mod tests {
         on_every_database(async |_, store| {
             let (_claim, runtime) = (store.take("spectrum").await.unwrap().unwrap(), Handle::current());
             let needed = |watch: &(dyn Watch + Sync)| {
-                let ask = || once((&store, &runtime), (Cache::Spectra, "spectrum"), watch, || Ok(None), || Ok::<_, Cancelled>(1));
+                let ask = || {
+                    once((&store, &runtime), (Cache::Spectra, "spectrum"), watch, || Ok(None), || Ok::<_, Cancelled>(1))
+                };
                 thread::scope(|scope| scope.spawn(ask).join().unwrap())
             };
             assert!(needed(&Stopped(AtomicBool::new(false))).is_err());

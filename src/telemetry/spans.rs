@@ -38,7 +38,8 @@ where
     if !COLLECTORS.iter().any(|name| env::var_os(name).is_some_and(|value| !value.is_empty())) {
         return Ok(None);
     }
-    let exporter = SpanExporter::builder().with_http().build().context("spans cannot be sent as the environment says")?;
+    let exporter =
+        SpanExporter::builder().with_http().build().context("spans cannot be sent as the environment says")?;
     let resource = Resource::builder().with_service_name("sketchmatch").build();
     let provider = SdkTracerProvider::builder().with_batch_exporter(exporter).with_resource(resource).build();
     let spans = Targets::new().with_target("sketchmatch", Level::DEBUG);

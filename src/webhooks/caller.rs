@@ -154,7 +154,10 @@ mod tests {
         let call = async |path: &str| caller.call(&format!("http://localhost:{port}{path}"), &message(), &SECRET).await;
         call("/").await.unwrap();
         let (headers, body) = received.recv().await.unwrap();
-        assert_eq!((&headers["webhook-id"], &headers["content-type"], &body[..]), (&"job-1".parse().unwrap(), &"application/json".parse().unwrap(), &b"{}"[..]));
+        assert_eq!(
+            (&headers["webhook-id"], &headers["content-type"], &body[..]),
+            (&"job-1".parse().unwrap(), &"application/json".parse().unwrap(), &b"{}"[..])
+        );
         for (path, reason, for_good) in [("/no", "500", false), ("/away", "307", false), ("/gone", "410", true)] {
             let refused = call(path).await.unwrap_err();
             assert!(refused.reason.contains(reason) && refused.for_good == for_good, "{refused:?}");

@@ -22,7 +22,8 @@ impl FromStr for Host {
     fn from_str(text: &str) -> Result<Host, String> {
         let wanted = || "a host's name is wanted, such as hooks.example or hooks.example:8443".to_owned();
         let url = Url::parse(&format!("https://{text}")).map_err(|_| wanted())?;
-        let plain = url.path() == "/" && url.query().is_none() && url.fragment().is_none() && !text.contains(['/', '@', '*']);
+        let plain =
+            url.path() == "/" && url.query().is_none() && url.fragment().is_none() && !text.contains(['/', '@', '*']);
         match url.host() {
             Some(Named::Domain(name)) if plain => {
                 Ok(Host { name: name.to_owned(), port: url.port_or_known_default().unwrap_or(PORT) })

@@ -44,7 +44,9 @@ pub(super) async fn call_until(shutdown: &CancellationToken, store: &Store, call
             None => break,
         };
         let Some(webhook) = due else {
-            let change = async { tokio::select! { () = changes.changed() => {}, () = sleep(POLL) => {} } };
+            let change = async {
+                tokio::select! { () = changes.changed() => {}, () = sleep(POLL) => {} }
+            };
             shutdown.run_until_cancelled(change).await;
             continue;
         };
@@ -155,7 +157,10 @@ mod tests {
             make_webhooks_due(&store).await;
             let (shutdown, stopped) = calling(store.clone());
             let (headers, body) = received.recv().await.unwrap();
-            assert_eq!((&headers["webhook-id"], &first["webhook-id"]), (&first["webhook-id"], &job.id.parse().unwrap()));
+            assert_eq!(
+                (&headers["webhook-id"], &first["webhook-id"]),
+                (&first["webhook-id"], &job.id.parse().unwrap())
+            );
             let told: Value = serde_json::from_slice(&body).unwrap();
             assert_eq!(told["type"], "match.cancelled");
             assert_eq!(told["data"], json!({"id": job.id, "kind": "match", "status": "cancelled", "name": "mine"}));

@@ -44,7 +44,9 @@ async fn only_hosts_that_the_server_may_call_are_told_of_an_end() {
     for address in ["https://hooks.example/a", "https%3A%2F%2Fhooks.example%2Fa%3Fb%3Dc"] {
         json_of(asked(&server, &format!("?webhook={address}")).await, 202).await;
     }
-    for address in ["http://hooks.example/", "https://evil.example/", "https://127.0.0.1/", "https://[::ffff:7f00:1]/", ""] {
+    for address in
+        ["http://hooks.example/", "https://evil.example/", "https://127.0.0.1/", "https://[::ffff:7f00:1]/", ""]
+    {
         let problem = problem_of(asked(&server, &format!("?webhook={address}")).await, 422).await;
         assert_eq!(problem["errors"][0]["place"], "query parameter webhook", "{problem}");
     }

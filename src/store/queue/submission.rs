@@ -36,7 +36,8 @@ pub(in crate::store) async fn enqueue(
     job: &NewJob<'_>,
     places: Places,
 ) -> Result<Submitted, StoreError> {
-    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, bytes_per_vertex, priority, webhook, trace } = *job;
+    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, bytes_per_vertex, priority, webhook, trace } =
+        *job;
     let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
     let dedupe = dedupe.map(|name| tenant.own(name));
     let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms, memory, priority, trace) \

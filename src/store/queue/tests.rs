@@ -56,7 +56,12 @@ async fn expire(store: &Store) {
 /// Has whoever works on jobs die.
 async fn die(store: &Store) {
     // The clock goes on, as it does between two deaths.
-    while sqlx::query_scalar::<_, i64>("SELECT count(*) FROM jobs, clock WHERE died_ms >= now_ms").fetch_one(&store.pool).await.unwrap() > 0 {}
+    while sqlx::query_scalar::<_, i64>("SELECT count(*) FROM jobs, clock WHERE died_ms >= now_ms")
+        .fetch_one(&store.pool)
+        .await
+        .unwrap()
+        > 0
+    {}
     expire(store).await;
     assert_eq!(store.reap().await.unwrap(), 1);
 }
@@ -282,7 +287,10 @@ async fn those_that_somebody_waits_for_come_before_batch_jobs_for_an_hour() {
         let batch = NewJob { priority: Priority::Batch, ..NewJob::of(MATCH, "1") };
         let (early, late) = (taken(&store, &batch).await, taken(&store, &batch).await);
         let awaited = submitted(&store, 2).await;
-        assert_eq!((awaited.place, awaited.priority, early.priority), (Some(1), Priority::Interactive, Priority::Batch));
+        assert_eq!(
+            (awaited.place, awaited.priority, early.priority),
+            (Some(1), Priority::Interactive, Priority::Batch)
+        );
         assert_eq!(store.job(&late.id).await.unwrap().unwrap().place, Some(3));
         assert_eq!(claimed(&store).await.job.id, awaited.id);
         submitted(&store, 3).await;
