@@ -30,7 +30,7 @@ pub struct JobQuery {
     name: Option<String>,
     /// `batch` comes after what somebody waits for, `interactive`.
     #[serde(default)]
-    #[param(inline, default = "interactive")]
+    #[param(inline)]
     priority: Priority,
     /// Address that is told when the job ends, `https://` at one of the hosts this server may call; docs/service.md has how.
     #[param(max_length = 2000)]
