@@ -37,6 +37,7 @@ export class Away extends Error {
 /** What was refused and what to do about it, as a sentence. */
 export function words(error: unknown): string {
   if (error instanceof Away) return "The server does not answer.";
+  if (error instanceof Refusal && error.status === 401) return "This server asks for a key: enter it at the top.";
   if (!(error instanceof Refusal)) return `Something went wrong in this page: ${String(error)}`;
   const [first, second] = error.faults;
   return `${first && !second ? told(first) : sentence(error.message)}${advice(error.status)}`;
@@ -49,14 +50,15 @@ export function told({ detail, place }: ProblemFault): string {
 
 function advice(status: number): string {
   switch (status) {
-    case 401:
-      return " Enter one at the top of the page.";
+    case 403:
+      return " Ask whoever gave you the key for one that may.";
     case 413:
       return " Choose a smaller file, or ask whoever runs the server to raise its limit.";
     case 415:
       return " Choose a file of one of the formats named beside the button.";
     case 429:
     case 503:
+    case 507:
       return " It is tried again by itself.";
     case 500:
       return " This is a fault of the server: tell whoever runs it.";

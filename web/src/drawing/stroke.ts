@@ -51,6 +51,27 @@ function distanceToSegment([x, y]: readonly number[], [ax, ay]: Point, [bx, by]:
 /** Ends farther than this from every other line are loose, in units of the sheet. */
 const NEAR = 30;
 
+/** Whether two places of the sheet are near enough to be one when lines are closed. */
+export const isNear = ([ax, ay]: Point, [bx, by]: Point, unit: number) => Math.hypot(bx - ax, by - ay) < NEAR * unit;
+
+/** Straight strokes between loose ends, the nearest two first, until fewer than two are left. */
+export function bridges(strokes: Stroke[], unit: number): Stroke[] {
+  const ends = looseEnds(strokes, unit);
+  const gaps = ends.flatMap(([ax, ay], a) =>
+    ends.slice(0, a).map(([bx, by], b) => ({ a, b, length: Math.hypot(bx - ax, by - ay) })),
+  );
+  const joined = new Set<number>();
+  return gaps
+    .sort((one, other) => one.length - other.length)
+    .flatMap(({ a, b, length }) => {
+      // The ends of a dot are one place.
+      if (length === 0 || joined.has(a) || joined.has(b)) return [];
+      joined.add(a).add(b);
+      const [from, to] = [ends[a] as Point, ends[b] as Point];
+      return [{ points: extended([[...from, 0.5]], [...to, 0.5], unit) }];
+    });
+}
+
 /** The ends of strokes that meet no line. */
 export function looseEnds(strokes: Stroke[], unit: number): Point[] {
   const near = NEAR * unit;

@@ -40,7 +40,7 @@ export function MeshTools() {
         accept={MESH_FILES}
         onFile={takeFile}
       >
-        Open
+        Open a mesh
       </FileButton>
       <dialog ref={dialog} class="meshes" aria-label="Choose a mesh">
         <Choice stored={stored.value} close={() => dialog.current?.close()} />

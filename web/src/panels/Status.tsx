@@ -2,7 +2,9 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { sentence, told } from "../api/trouble";
-import { drawing, nothingDrawn } from "../state/drawing";
+import { unit, withStrokes } from "../drawing/drawing";
+import { bridges } from "../drawing/stroke";
+import { drawing, edit, nothingDrawn } from "../state/drawing";
 import { again, answer, reading, type Stage, stage, takeLines } from "../state/live";
 import { mesh } from "../state/mesh";
 import { RATINGS, readingWarnings, reasons, STAGES } from "./words";
@@ -31,6 +33,7 @@ function Now({ now }: { now: Stage }) {
       return (
         <p class="trouble open">
           {now.words}
+          <Close />
           {now.isTaken && (
             <button type="button" onClick={takeLines}>
               It is a figure of lines
@@ -56,6 +59,18 @@ function Now({ now }: { now: Stage }) {
     case "done":
       return null;
   }
+}
+
+/** Closes an outline by straight lines between its loose ends. */
+function Close() {
+  const { strokes, frame } = drawing.value;
+  const lines = bridges(strokes, unit(frame));
+  if (lines.length === 0) return null;
+  return (
+    <button type="button" onClick={() => edit(withStrokes(drawing.value, [...strokes, ...lines]))}>
+      Close it for me
+    </button>
+  );
 }
 
 function Progress({ words, fraction }: { words: string; fraction: number | null }) {

@@ -61,6 +61,15 @@ export function removeFrame() {
   });
 }
 
+/** Takes handles of before with their frames; what does not belong together is left. */
+export function setHandles(set: Handle[], moved: Move[][]) {
+  if (moved.length === 0 || moved.some((moves) => moves.length !== set.length)) return;
+  batch(() => {
+    [handles.value, frames.value, frame.value] = [set, moved, 0];
+    isPlacing.value = set.length === 0;
+  });
+}
+
 export function rest() {
   frames.value = frames.value.with(
     frame.value,
