@@ -1,5 +1,5 @@
 /** Drawing on the sheet as a hand does, and files to open. */
-import type { Page } from "@playwright/test";
+import type { Locator, Page } from "@playwright/test";
 import { expect } from "./server";
 
 type Point = [number, number];
@@ -39,6 +39,25 @@ export function strokes(points: Point[], count: number): Point[][] {
     const part = closed.slice(i * length, (i + 1) * length + 1);
     return part.filter((_, j) => j % 8 === 0 || j === part.length - 1);
   });
+}
+
+/** Frames in which nothing has to move until it stands still: the camera flies without a pause. */
+const STILL = 6;
+
+/** Where an element is once it stands still. */
+export async function stillBox(element: Locator) {
+  await element.evaluate(async (node, still) => {
+    let [before, count] = ["", 0];
+    while (count < still) {
+      await new Promise(requestAnimationFrame);
+      const { x, y } = node.getBoundingClientRect();
+      count = before === `${x} ${y}` ? count + 1 : 0;
+      before = `${x} ${y}`;
+    }
+  }, STILL);
+  const box = await element.boundingBox();
+  if (!box) throw new Error("the element is gone");
+  return box;
 }
 
 /** Opens the page and waits until there is a mesh. */

@@ -1,6 +1,6 @@
 import AxeBuilder from "@axe-core/playwright";
 import type { Page } from "@playwright/test";
-import { draw, matched, onSheet, open, outline, strokes } from "./drawing";
+import { draw, matched, onSheet, open, outline, stillBox, strokes } from "./drawing";
 import { expect, test } from "./server";
 
 /** The share of what is seen of the mesh that is not grey. */
@@ -37,11 +37,11 @@ test("an outline that is open says so and is matched once it is closed", async (
   await open(page);
   const [first = [], ...others] = strokes(await outline(page, "quadruped"), 4);
   await draw(page, first);
-  await expect(page.getByText("The line encloses nothing yet")).toBeVisible();
+  await expect(page.getByText("The outline is still open")).toBeVisible();
   await expect(page.locator(".mark.open circle")).toHaveCount(2);
   for (const stroke of others) await draw(page, stroke);
   await matched(page);
-  await expect(page.getByText("The line encloses nothing yet")).toBeHidden();
+  await expect(page.getByText("The outline is still open")).toBeHidden();
   expect(complaints).toEqual([]);
 });
 
@@ -122,8 +122,7 @@ test("what a match looks like at first sight is shown as such until the answer i
   await page.getByRole("button", { name: "Set a landmark" }).click();
   await page.mouse.click(...(await onSheet(page, [400, 480])));
   await page.mouse.move(...(await onSheet(page, [400, 480])));
-  const mark = await page.locator(".mesh-marks .twin").boundingBox();
-  if (!mark) throw new Error("no mark");
+  const mark = await stillBox(page.locator(".mesh-marks .twin"));
   await page.mouse.click(mark.x + mark.width / 2, mark.y + mark.height / 2);
   await expect(page.locator(".rating")).toHaveText("First sight");
   await expect(page.getByRole("button", { name: "Best answer" })).toBeDisabled();
@@ -151,9 +150,7 @@ test("hovering one side shows the point on the other", async ({ page }) => {
   await matched(page);
   await page.mouse.move(...(await onSheet(page, [400, 480])));
   await expect(page.locator(".mesh-marks .twin")).toBeVisible();
-  const mark = await page.locator(".mesh-marks .twin").boundingBox();
-  if (!mark) throw new Error("no mark");
-  await page.waitForTimeout(600);
+  const mark = await stillBox(page.locator(".mesh-marks .twin"));
   await page.mouse.move(mark.x + mark.width / 2, mark.y + mark.height / 2);
   await expect(page.locator(".sheet .twin")).toBeVisible();
   const there = await page.locator(".sheet .twin").boundingBox();
@@ -169,8 +166,7 @@ test("a landmark is set by two clicks, sent, and deleted", async ({ page }) => {
   await page.mouse.click(...(await onSheet(page, [400, 480])));
   await expect(page.getByText("Now click the same place on the mesh")).toBeVisible();
   await page.mouse.move(...(await onSheet(page, [400, 480])));
-  const mark = await page.locator(".mesh-marks .twin").boundingBox();
-  if (!mark) throw new Error("no mark");
+  const mark = await stillBox(page.locator(".mesh-marks .twin"));
   const sent = page.waitForRequest((request) => request.url().endsWith("/v1/matches") && request.method() === "POST");
   await page.mouse.click(mark.x + mark.width / 2, mark.y + mark.height / 2);
   const { landmarks } = (await sent).postDataJSON();

@@ -48,6 +48,14 @@ function distanceToSegment([x, y]: readonly number[], [ax, ay]: Point, [bx, by]:
   return Math.hypot(x - ax - share * dx, y - ay - share * dy);
 }
 
+/** The length of all strokes together. */
+export function lengthOf(strokes: Stroke[]): number {
+  const lengths = strokes.flatMap(({ points }) =>
+    points.slice(1).map(([x, y], i) => Math.hypot(x - (points[i]?.[0] ?? x), y - (points[i]?.[1] ?? y))),
+  );
+  return lengths.reduce((sum, length) => sum + length, 0);
+}
+
 /** Ends farther than this from every other line are loose, in units of the sheet. */
 const NEAR = 30;
 

@@ -39,7 +39,7 @@ export function Request() {
             {name}
           </button>
         ))}
-        <button type="button" onClick={copy}>
+        <button type="button" class="copy" onClick={copy}>
           Copy
         </button>
         <span class="said" role="status">

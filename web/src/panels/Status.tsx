@@ -36,7 +36,7 @@ function Now({ now }: { now: Stage }) {
           <Close />
           {now.isTaken && (
             <button type="button" onClick={takeLines}>
-              It is a figure of lines
+              Match the lines as they are
             </button>
           )}
         </p>
@@ -135,7 +135,8 @@ function Rated() {
 
 /** What was mended and is to be known, of drawing, mesh and match. */
 function Notes() {
-  const read = reading.value?.of === drawing.value ? readingWarnings(reading.value) : [];
+  const isBegun = stage.value.kind === "open" && stage.value.isTaken;
+  const read = reading.value?.of === drawing.value && !isBegun ? readingWarnings(reading.value) : [];
   const said = answer.value?.result.warnings.map(sentence) ?? [];
   const mended = mesh.value?.document.warnings.map(({ detail }) => sentence(detail)) ?? [];
   const groups = [

@@ -14,9 +14,11 @@ export function Read() {
   const one = unit(drawing.value.frame);
   const read = reading.value;
   const isOfNow = read?.of === drawing.value && !underway.value;
+  // Of an outline that is still open nothing is to be seen but its ends.
+  const isBegun = stage.value.kind === "open" && stage.value.isTaken;
   return (
     <>
-      {isOfNow && <Figure read={read} />}
+      {isOfNow && !isBegun && <Figure read={read} />}
       {underway.value && tool.value === "pen" && <Closing of={underway.value} />}
       {stage.value.kind === "open" && !underway.value && <Open of={drawing.value} faults={stage.value.faults} />}
       {twin.value && !underway.value && <circle class="twin" cx={twin.value.at[0]} cy={twin.value.at[1]} r={9 * one} />}

@@ -151,7 +151,10 @@ async function readingOf(asked: Asked, signal: AbortSignal) {
   stage.value = { kind: "reading" };
   const document = await stored(asked, signal);
   signal.throwIfAborted();
-  return { document, read: located(asked, document, signal) };
+  const read = located(asked, document, signal);
+  // Whoever waits for it is told; where the match fails first, nobody does.
+  read.catch(() => {});
+  return { document, read };
 }
 
 async function located({ drawing, figure }: Asked, document: SketchDocument, signal: AbortSignal): Promise<Reading> {
