@@ -19,7 +19,7 @@ test("a server with keys is used with one, and says what is wrong without", asyn
   await expect(page.getByText("This key is not taken")).toBeVisible();
   await field.fill(KEY);
   await field.press("Enter");
-  await expect(page.getByRole("toolbar", { name: "Mesh" })).toContainText("Cat");
+  await expect(page.locator(".chooser")).toContainText("Cat");
   await expect(field).toHaveCount(0);
 
   // Nothing is asked without the key: neither the events of a match nor any picture.

@@ -63,7 +63,7 @@ export async function stillBox(element: Locator) {
 /** Opens the page and waits until there is a mesh. */
 export async function open(page: Page, address = "/") {
   await page.goto(address);
-  await expect(page.getByRole("toolbar", { name: "Mesh" })).toContainText("Cat");
+  await expect(page.locator(".chooser")).toContainText("Cat");
 }
 
 /** Waits for an answer to what is drawn now. */

@@ -1,5 +1,5 @@
 import AxeBuilder from "@axe-core/playwright";
-import type { Page } from "@playwright/test";
+import type { Locator, Page, Request } from "@playwright/test";
 import { draw, matched, onSheet, open, outline, stillBox, strokes } from "./drawing";
 import { expect, test } from "./server";
 
@@ -43,6 +43,18 @@ test("an outline that is open says so and is matched once it is closed", async (
   await matched(page);
   await expect(page.getByText("The outline is still open")).toBeHidden();
   expect(complaints).toEqual([]);
+});
+
+test("an outline that is open is closed by a click", async ({ page }) => {
+  await open(page);
+  const creature = await outline(page, "quadruped");
+  await draw(
+    page,
+    creature.filter((_, i) => i % 8 === 0 && i < 0.9 * creature.length),
+  );
+  await page.getByRole("button", { name: "Close it for me" }).click();
+  await expect(page.locator(".ink path")).toHaveCount(2);
+  await matched(page);
 });
 
 test("undo, redo, the eraser and the mirror change the drawing", async ({ page }) => {
@@ -142,6 +154,11 @@ test("an alternative is one click away", async ({ page }) => {
   await mirrored.click();
   await expect(mirrored).toHaveAttribute("aria-pressed", "true");
   await expect(page.getByRole("application", { name: "alternative 1" })).toBeVisible();
+  // It is there again after a reload, and one click goes back.
+  await page.reload();
+  await expect(mirrored).toHaveAttribute("aria-pressed", "true");
+  await page.getByRole("button", { name: "Best answer" }).click();
+  await expect(page.getByRole("application", { name: "in the colours of the drawing" })).toBeVisible();
 });
 
 test("hovering one side shows the point on the other", async ({ page }) => {
@@ -173,6 +190,26 @@ test("a landmark is set by two clicks, sent, and deleted", async ({ page }) => {
   expect(landmarks).toHaveLength(1);
   expect(landmarks[0].sketch[0]).toBeCloseTo(400, -1);
   await expect(page.locator(".landmarks li")).toHaveText(/vertex \d+/);
+  await matched(page);
+  // Dragged on either side, it is sent as it stands then.
+  const dragged = async (pin: Locator, [dx, dy]: [number, number]) => {
+    const { x, y, width, height } = await stillBox(pin);
+    const isSent = (request: Request) =>
+      request.url().endsWith("/v1/matches") && JSON.stringify(request.postDataJSON().landmarks) !== before;
+    const asked = page.waitForRequest(isSent);
+    await page.mouse.move(x + width / 2, y + height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x + width / 2 + dx, y + height / 2 + dy, { steps: 4 });
+    await page.mouse.up();
+    return (await asked).postDataJSON().landmarks;
+  };
+  let before = JSON.stringify(landmarks);
+  const onDrawing = await dragged(page.getByRole("button", { name: "Landmark 1 on the drawing" }), [14, 0]);
+  expect(onDrawing[0].sketch[0]).toBeGreaterThan(landmarks[0].sketch[0]);
+  await matched(page);
+  before = JSON.stringify(onDrawing);
+  const onMesh = await dragged(page.getByRole("button", { name: "Landmark 1 on the mesh" }), [24, 0]);
+  expect(onMesh[0].mesh).not.toBe(onDrawing[0].mesh);
   await matched(page);
   await page.getByRole("button", { name: "Remove landmark 1" }).click();
   await expect(page.locator(".landmarks li")).toHaveCount(0);

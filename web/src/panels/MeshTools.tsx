@@ -91,7 +91,8 @@ function Choice({ stored, close }: { stored: MeshDocument[]; close: () => void }
         ))}
       </ul>
       <p class="hint">
-        Your own: drop a file anywhere on the page, or press Open. OBJ, OFF, PLY, STL, GLB and glTF are read.
+        Your own: drop a file anywhere on the page, or press <em>Open a mesh</em>. OBJ, OFF, PLY, STL, GLB and glTF are
+        read.
       </p>
     </>
   );

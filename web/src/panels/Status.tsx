@@ -31,7 +31,7 @@ function Now({ now }: { now: Stage }) {
       return <Progress words={STAGES[now.stage] ?? now.stage} fraction={now.fraction} />;
     case "open":
       return (
-        <p class="trouble open">
+        <p class={`trouble ${drawing.value.ground ? "" : "open"}`}>
           {now.words}
           <Close />
           {now.isTaken && (

@@ -99,8 +99,8 @@ function ask(asked: Asked, pause: number) {
     stage.value = { kind: "idle" };
     return;
   }
-  // An answer on another mesh says nothing of this one.
-  if (answer.value?.mesh !== asked.mesh) show(null);
+  // An answer on another mesh or to another file says nothing of this one.
+  if (answer.value?.mesh !== asked.mesh || answer.value?.reading.of.ground !== asked.drawing.ground) show(null);
   if (pause === 0) return void run(asked, signal);
   const timer = setTimeout(() => run(asked, signal), pause);
   signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
