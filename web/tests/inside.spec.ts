@@ -34,7 +34,7 @@ test("the answer is judged by what a file says is true", async ({ page, complain
   // What the answer itself says is judged to be right.
   const pointwise = page.getByRole("row", { name: /each point by itself/ });
   await expect(pointwise).toContainText("0.00");
-  await expect(page.locator(".curve .line")).toBeVisible();
+  await expect(page.locator(".curve .line")).toHaveCount(1);
   // An alternative is judged as it is shown: the mirrored one has the legs of the other side.
   const before = await pointwise.textContent();
   await page.getByRole("button", { name: /Mirrored/ }).click();
@@ -56,7 +56,7 @@ test("both presets are shown side by side with what they differ in", async ({ pa
   await page.getByRole("tab", { name: "Presets side by side" }).click();
   await page.getByRole("button", { name: "Match by both" }).click();
   await expect(page.locator(".side-by-side figure")).toHaveCount(2);
-  await expect(page.getByRole("row", { name: /^conversion, type / })).toBeVisible();
+  await expect(page.getByRole("row", { name: /^conversion, method / })).toBeVisible();
   expect(complaints).toEqual([]);
 });
 

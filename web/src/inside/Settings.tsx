@@ -84,9 +84,6 @@ function Presets() {
   );
 }
 
-/** The length of a formula as text from which on it takes a row by itself. */
-const LONG = 40;
-
 function RegulariserForm({ all }: { all: Regulariser[] }) {
   const said = settings.value.regulariser;
   const used = answer.value?.result.request.regulariser;
@@ -100,7 +97,6 @@ function RegulariserForm({ all }: { all: Regulariser[] }) {
           <button
             key={regulariser.type}
             type="button"
-            class={regulariser.formula.text.length > LONG ? "wide" : ""}
             aria-pressed={regulariser.type === type}
             onClick={() => set("regulariser", { type: regulariser.type })}
           >
