@@ -14,16 +14,19 @@ export async function outline(page: Page, creature: string): Promise<Point[]> {
   return points.map(([x, y]) => [500 + scale * (x - (left + right) / 2), 500 - scale * (y - (low + high) / 2)]);
 }
 
-/** A place of the sheet in the window. */
-export async function onSheet(page: Page, [x, y]: Point): Promise<Point> {
+/** Where places of the sheet are in the window. */
+async function inWindow(page: Page): Promise<(at: Point) => Point> {
   const box = await page.locator("svg.sheet").boundingBox();
   if (!box) throw new Error("there is no sheet");
-  return [box.x + (x * box.width) / 1000, box.y + (y * box.height) / 1000];
+  return ([x, y]) => [box.x + (x * box.width) / 1000, box.y + (y * box.height) / 1000];
 }
+
+/** A place of the sheet in the window. */
+export const onSheet = async (page: Page, at: Point) => (await inWindow(page))(at);
 
 /** Draws one stroke. */
 export async function draw(page: Page, stroke: Point[]) {
-  const [first, ...others] = await Promise.all(stroke.map((point) => onSheet(page, point)));
+  const [first, ...others] = stroke.map(await inWindow(page));
   if (!first) return;
   await page.mouse.move(...first);
   await page.mouse.down();

@@ -35,7 +35,7 @@ export function FieldInput(props: Props) {
 type Of<K extends Field["kind"]> = Props & { field: Extract<Field, { kind: K }> };
 
 /** A name of the interface as words. */
-export const worded = (name: string) => NAMES[name] ?? name.replaceAll("_", " ");
+const worded = (name: string) => NAMES[name] ?? name.replaceAll("_", " ");
 
 const NAMES: Record<string, string> = { hks: "heat kernel", wks: "wave kernel" };
 

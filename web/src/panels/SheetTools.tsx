@@ -58,7 +58,7 @@ export function SheetTools() {
   );
 }
 
-export function clear() {
+function clear() {
   landmarks.value = [];
   edit(EMPTY);
 }
