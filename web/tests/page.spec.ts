@@ -322,8 +322,14 @@ test("it works on a phone", async ({ browser, baseURL }) => {
   expect(await isWithin()).toBe(true);
   await page.getByRole("button", { name: "Draw it for me" }).tap();
   await matched(page);
+  await page.getByRole("button", { name: "Pose it" }).tap();
+  await expect(page.getByText("Drag a handle and the mesh follows")).toBeVisible();
   await page.getByText("Look inside").tap();
   await expect(page.getByRole("button", { name: /Nuclear norm/ })).toBeVisible();
-  expect(await isWithin()).toBe(true);
+  for (const tab of await page.getByRole("tab").all()) {
+    await tab.tap();
+    await expect(tab).toHaveAttribute("aria-selected", "true");
+    expect(await isWithin(), `${await tab.textContent()}`).toBe(true);
+  }
   await context.close();
 });

@@ -1,4 +1,5 @@
 /** What can go wrong with a call, in words for whoever made it. */
+import { key } from "./key";
 import type { Problem, ProblemFault } from "./types";
 
 /** The server answered no: a problem (RFC 9457), or something before it that says none. */
@@ -37,7 +38,10 @@ export class Away extends Error {
 /** What was refused and what to do about it, as a sentence. */
 export function words(error: unknown): string {
   if (error instanceof Away) return "The server does not answer.";
-  if (error instanceof Refusal && error.status === 401) return "This server asks for a key: enter it at the top.";
+  if (error instanceof Refusal && error.status === 401)
+    return key.value
+      ? "This key is unknown here, was revoked or has expired: enter another at the top."
+      : "This server asks for a key: enter it at the top.";
   if (!(error instanceof Refusal)) return `Something went wrong in this page: ${String(error)}`;
   const [first, second] = error.faults;
   return `${first && !second ? told(first) : sentence(error.message)}${advice(error.status)}`;

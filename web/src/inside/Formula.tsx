@@ -24,10 +24,11 @@ export function Formula({ latex, text }: { latex: string; text: string }) {
 function terms(latex: string): string[] {
   let depth = 0;
   let [found, begun] = [[] as string[], ""];
-  for (const piece of latex.split(/( \+ |[{}()])/)) {
+  for (const piece of latex.split(/( \+ |, \\; |[{}()])/)) {
     if (piece === "{" || piece === "(") depth++;
     if (piece === "}" || piece === ")") depth--;
     if (piece === " + " && depth === 0) [found, begun] = [[...found, begun], "{} + "];
+    else if (piece === ", \\; ") [found, begun] = [[...found, `${begun},`], ""];
     else begun += piece;
   }
   return [...found, begun];
