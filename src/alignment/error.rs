@@ -1,7 +1,7 @@
 //! Why no alignment is found.
 
-use crate::numerics::Cancelled;
 use crate::numerics::cholesky::FactorisationError;
+use crate::numerics::{Cancelled, DecompositionError};
 
 /// Why no alignment was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -10,4 +10,6 @@ pub enum AlignmentError {
     Cancelled(#[from] Cancelled),
     #[error("the sketch cannot be laid on the mesh: {0}")]
     Factorisation(#[from] FactorisationError),
+    #[error("what the landmarks miss cannot be spread over the sketch: {0}")]
+    Decomposition(#[from] DecompositionError),
 }

@@ -75,14 +75,17 @@ pub fn aligned(
         first(answer(scene, best.clone().holding(scene, landmarks), &doubts, false, landmarks, Vec::new()));
     }
     let (best, others) = best_view(scene, at_first, none)?;
-    let (mut best, mut by_distances) = believed(scene, best)?;
-    if landmarks.contradict(mesh, &best.map) {
+    let (answered, by_distances) = believed(scene, best)?;
+    let moved = answered.clone().moved(scene, landmarks)?;
+    let other = if landmarks.contradict(mesh, &answered.map) {
         let (of_led_view, _) = best_view(scene, attempts(scene, &candidates, landmarks)?, landmarks)?;
-        let reconciled =
-            reconciled(best.clone().answering(scene, landmarks, best.map.clone()), of_led_view, scene, landmarks)?;
-        by_distances &= reconciled.map == best.map;
-        best = reconciled;
-    }
+        let answered = answered.clone().answering(scene, landmarks, answered.map);
+        reconciled(&answered, &moved, of_led_view, scene, landmarks)?
+    } else {
+        None
+    };
+    let by_distances = by_distances && other.is_none();
+    let best = other.unwrap_or(moved);
     let doubts = trust::doubts(scene, &best, &others, landmarks);
     let second = others.into_iter().find(|other| {
         dot(other.view.frame.toward_camera, best.view.frame.toward_camera) < SAME_VIEW
@@ -101,7 +104,7 @@ pub fn aligned(
         map: other.map,
     });
     let alternatives = [twin].into_iter().chain(second).collect();
-    Ok(answer(scene, best.holding(scene, landmarks), &doubts, by_distances, landmarks, alternatives))
+    Ok(answer(scene, best, &doubts, by_distances, landmarks, alternatives))
 }
 
 /// What an attempt answers that holds the landmarks.

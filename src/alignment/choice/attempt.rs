@@ -6,6 +6,7 @@ use crate::alignment::answer::Place;
 use crate::alignment::contour::view::View;
 use crate::alignment::contour::warping::warp;
 use crate::alignment::distances::distortion::{Distortion, distortion};
+use crate::alignment::distances::kriging::kriged;
 use crate::alignment::error::AlignmentError;
 use crate::alignment::laying::{Laying, laid};
 use crate::alignment::prepared::PreparedMesh;
@@ -150,6 +151,13 @@ impl Attempt {
             }
         }
         Ok(attempts)
+    }
+
+    /// The attempt with every landmark where it is known to be, and its surroundings moved along.
+    pub fn moved(self, scene: &Scene<'_>, landmarks: &Landmarks) -> Result<Attempt, AlignmentError> {
+        let map = kriged(&scene.mesh.distances, &self.map, landmarks, scene.watch)?;
+        let moved = if map == self.map { self } else { self.answering(scene, landmarks, map) };
+        Ok(moved.holding(scene, landmarks))
     }
 
     /// The attempt with every landmark where it is known to be: what the user knows is not traded for anything, and whether

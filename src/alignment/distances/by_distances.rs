@@ -17,16 +17,16 @@ const BENT: f64 = 0.12;
 const OUTLYING: f64 = 2.5;
 
 /// A vertex of the sketch, its vertex of the mesh and its distances within the sketch.
-pub struct Anchor {
+struct Anchor {
     sketch: u32,
     mesh: u32,
-    pub near: Vec<f64>,
+    near: Vec<f64>,
 }
 
 impl Anchor {
     /// # Errors
     /// [`Cancelled`] by the watcher.
-    pub fn of(shape: &FlatShape, Pair { sketch, mesh }: Pair, watch: &dyn Watch) -> Result<Anchor, Cancelled> {
+    fn of(shape: &FlatShape, Pair { sketch, mesh }: Pair, watch: &dyn Watch) -> Result<Anchor, Cancelled> {
         Ok(Anchor { sketch, mesh, near: shape.distances_from(sketch, watch)? })
     }
 }
@@ -54,19 +54,14 @@ pub fn mapped(
     let kept = spread.into_iter().zip(bends).filter(|&(_, bend)| bend < most);
     let anchors: Vec<Anchor> = kept.map(|(anchor, _)| anchor).collect();
 
-    let all = vec![true; map.len()];
-    answered(mesh, map, &all, &anchors, scale, watch).map(Some)
+    answered(mesh, map.len(), &anchors, scale, watch).map(Some)
 }
 
-/// The map with the answers of the vertices that are `wrong` replaced by those that keep their distances to the anchors
-/// best, near ones above all, `scale` being a length of the mesh by that of the sketch.
-///
-/// # Errors
-/// [`Cancelled`] by the watcher.
-pub fn answered(
+/// For each of so many vertices of the sketch the vertex of the mesh that keeps its distances to the anchors best, near ones
+/// above all, `scale` being a length of the mesh by that of the sketch.
+fn answered(
     mesh: &PreparedMesh,
-    map: &[u32],
-    wrong: &[bool],
+    count: usize,
     anchors: &[Anchor],
     scale: f64,
     watch: &dyn Watch,
@@ -79,22 +74,21 @@ pub fn answered(
         let place = mesh.distances.at(v);
         fields.iter_mut().zip(&places).for_each(|(field, anchor)| field.push(anchor.to(&place) as f32));
     }
-    let mut answer = map.to_vec();
-    for x in (0..map.len()).filter(|&x| wrong[x]) {
-        watch.proceed(x as f64 / map.len() as f64)?;
+    let answer = |x: usize| {
+        watch.proceed(x as f64 / count as f64)?;
         let wanted: Vec<f64> = anchors.iter().map(|anchor| scale * anchor.near[x]).collect();
         let weights: Vec<f64> = wanted.iter().map(|d| (d + 0.05).powf(-1.5)).collect();
-        answer[x] = nearest(&fields, &wanted, &weights);
-    }
-    Ok(answer)
+        Ok(nearest(&fields, &wanted, &weights))
+    };
+    (0..count).map(answer).collect()
 }
 
 /// The vertex of the mesh whose distances are nearest to the wanted ones in the weighted squares; of equals, the first.
-fn nearest(fields: &[Vec<f32>], wanted: &[f64], weights: &[f64]) -> u32 {
-    let mut costs = vec![0.0f32; fields.first().map_or(0, Vec::len)];
+pub fn nearest<F: AsRef<[f32]>>(fields: &[F], wanted: &[f64], weights: &[f64]) -> u32 {
+    let mut costs = vec![0.0f32; fields.first().map_or(0, |field| field.as_ref().len())];
     for ((field, &wanted), &weight) in fields.iter().zip(wanted).zip(weights) {
         let (wanted, weight) = (wanted as f32, weight as f32);
-        costs.iter_mut().zip(field).for_each(|(cost, d)| *cost += weight * (d - wanted) * (d - wanted));
+        costs.iter_mut().zip(field.as_ref()).for_each(|(cost, d)| *cost += weight * (d - wanted) * (d - wanted));
     }
     (0..costs.len()).fold(0, |best, v| if costs[v] < costs[best] { v } else { best }) as u32
 }
