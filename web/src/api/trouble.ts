@@ -35,8 +35,8 @@ export class Away extends Error {
   }
 }
 
-/** What was refused and what to do about it, as a sentence. */
-export function words(error: unknown): string {
+/** What was refused and what to do about it, as sentences; `isRetried` where the page itself asks again. */
+export function words(error: unknown, isRetried = false): string {
   if (error instanceof Away) return "The server does not answer.";
   if (error instanceof Refusal && error.status === 401)
     return key.value
@@ -44,7 +44,7 @@ export function words(error: unknown): string {
       : "This server asks for a key: enter it at the top.";
   if (!(error instanceof Refusal)) return `Something went wrong in this page: ${String(error)}`;
   const [first, second] = error.faults;
-  return `${first && !second ? told(first) : sentence(error.message)}${advice(error.status)}`;
+  return `${first && !second ? told(first) : sentence(error.message)}${error.passes && isRetried ? "" : advice(error.status)}`;
 }
 
 /** A fault as a sentence, with its place where that is one in a file. */
@@ -63,7 +63,7 @@ function advice(status: number): string {
     case 429:
     case 503:
     case 507:
-      return " It is tried again by itself.";
+      return " Try it again in a while.";
     case 500:
       return " This is a fault of the server: tell whoever runs it.";
     default:

@@ -240,5 +240,5 @@ function trouble(error: unknown, signal: AbortSignal): Stage {
   rest = Math.min(2 * rest, REST.longest);
   const timer = setTimeout(again, wait);
   signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
-  return { kind: "away", words: words(error), until: Date.now() + wait };
+  return { kind: "away", words: words(error, true), until: Date.now() + wait };
 }
