@@ -14,11 +14,11 @@ use utoipa::IntoParams;
 use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::preference::Wait;
-use super::problem::Problem;
+use super::problem::{Fault, Problem};
 use super::query::Query;
 use super::resource::{LOOK_AGAIN, Resource, address, described};
 use super::{App, PREFERENCE_APPLIED, Service, shapes};
-use crate::store::{Job, MEMORY, NewJob, Unkept};
+use crate::store::{Job, MEMORY, NewJob, Priority, Unkept};
 
 /// What a job is asked for with beside its request.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -28,6 +28,13 @@ pub struct JobQuery {
     /// A name to list it under.
     #[param(max_length = 200)]
     name: Option<String>,
+    /// `batch` comes after what somebody waits for, `interactive`.
+    #[serde(default)]
+    #[param(inline)]
+    priority: Priority,
+    /// Address that is told when the job ends, `https://` at one of the hosts this server may call; docs/service.md has how.
+    #[param(max_length = 2000)]
+    webhook: Option<String>,
 }
 
 /// A request for a job, as it came.
@@ -56,6 +63,8 @@ pub struct Submission {
     pub body: Arc<JsonBody>,
     name: Option<String>,
     dedupe: Option<String>,
+    priority: Priority,
+    webhook: Option<String>,
 }
 
 /// The answer to a request for a job that `submitted` puts into the queue: carried out once under its key, and waited for
@@ -69,11 +78,21 @@ where
     F: Future<Output = Result<Answer, Problem>>,
 {
     let Asked { query, key, wait, body } = asked;
-    let name = shapes::name(query.name, None)?;
+    let name = shapes::name(query.name.clone(), None)?;
+    let JobQuery { priority, webhook, .. } = query;
+    if let Some(Err(reason)) = webhook.as_deref().map(|address| app.config.webhook_hosts.address(address)) {
+        let fault = Fault::in_query("webhook", reason);
+        return Err(Problem::refused("nobody can be told of the end of the job as asked", vec![fault]));
+    }
     let body = Arc::new(body);
     let (printed, named, call) = (body.clone(), name.clone().unwrap_or_default(), format!("POST {}", T::PATH));
-    let print = app.off_runtime(move || fingerprint(&call, &[&printed.bytes, named.as_bytes()])).await?;
-    let submission = Submission { body, name, dedupe: key.dedupe(&print) };
+    let told = webhook.clone();
+    let print = move || {
+        let parts = [&printed.bytes, named.as_bytes()].into_iter().chain(told.as_deref().map(str::as_bytes));
+        fingerprint(&call, &parts.collect::<Vec<_>>())
+    };
+    let print = app.off_runtime(print).await?;
+    let submission = Submission { body, name, dedupe: key.dedupe(&print), priority, webhook };
     let answer = key.once(&app.store, &print, submitted(submission)).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
@@ -121,6 +140,8 @@ pub async fn queued<T: Resource>(
     drawn: Option<Unkept>,
 ) -> Result<Answer, Problem> {
     let (name, dedupe) = (submission.name.as_deref(), submission.dedupe.as_deref());
-    let job = app.queued(&NewJob { name, dedupe, taken_for: MEMORY, ..job }, drawn).await?;
+    let (priority, webhook) = (submission.priority, submission.webhook.as_deref());
+    let job = NewJob { name, dedupe, priority, webhook, taken_for: MEMORY, ..job };
+    let job = app.queued(&job, drawn).await?;
     Answer::json(StatusCode::ACCEPTED, Some(address::<T>(&job.id)), &described::<T>(app, job).await?)
 }

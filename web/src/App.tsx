@@ -7,6 +7,7 @@ import { IconButton } from "./panels/Button";
 import { Choices } from "./panels/Choices";
 import { Header } from "./panels/Header";
 import { Landmarks } from "./panels/Landmarks";
+import { Legend } from "./panels/Legend";
 import { MeshTools } from "./panels/MeshTools";
 import { SheetTools } from "./panels/SheetTools";
 import { Start } from "./panels/Start";
@@ -47,6 +48,9 @@ export function App() {
             <MeshState />
             <div class="area">
               <MeshView />
+            </div>
+            <div class="foot">
+              <Legend />
             </div>
             <p id="mesh-keys" class="hidden">
               Arrows turn the mesh, plus and minus bring it nearer and farther. While landmarks are set arrows move a

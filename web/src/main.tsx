@@ -2,7 +2,7 @@
 import { render } from "preact";
 import { App } from "./App";
 import * as api from "./api/shapes";
-import { Away } from "./api/trouble";
+import { Away, words } from "./api/trouble";
 import { named } from "./panels/words";
 import { keep, kept, restore } from "./state/keep";
 import { linked } from "./state/link";
@@ -48,7 +48,7 @@ async function firstMesh(wanted: { id: string; name: string } | null) {
   try {
     examples.value = await api.examples();
   } catch (error) {
-    meshState.value = { refused: "The server does not answer. Trying again." };
+    meshState.value = { refused: `${words(error)}${error instanceof Away ? " Trying again." : ""}` };
     throw error;
   }
   if (wanted && (await isThere(wanted))) return;

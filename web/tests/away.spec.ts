@@ -22,6 +22,6 @@ test("a page opened while the server is busy is matched later", async ({ page })
   });
   await open(page);
   await page.getByRole("button", { name: "Draw it for me" }).click();
-  await expect(page.getByText("The queue is full. It is tried again by itself.")).toBeVisible();
+  await expect(page.getByText("The queue is full. Trying again")).toBeVisible();
   await matched(page);
 });

@@ -1,5 +1,5 @@
 /** Drawing on the sheet as a hand does, and files to open. */
-import type { Page } from "@playwright/test";
+import type { Locator, Page } from "@playwright/test";
 import { expect } from "./server";
 
 type Point = [number, number];
@@ -14,16 +14,19 @@ export async function outline(page: Page, creature: string): Promise<Point[]> {
   return points.map(([x, y]) => [500 + scale * (x - (left + right) / 2), 500 - scale * (y - (low + high) / 2)]);
 }
 
-/** A place of the sheet in the window. */
-export async function onSheet(page: Page, [x, y]: Point): Promise<Point> {
+/** Where places of the sheet are in the window. */
+async function inWindow(page: Page): Promise<(at: Point) => Point> {
   const box = await page.locator("svg.sheet").boundingBox();
   if (!box) throw new Error("there is no sheet");
-  return [box.x + (x * box.width) / 1000, box.y + (y * box.height) / 1000];
+  return ([x, y]) => [box.x + (x * box.width) / 1000, box.y + (y * box.height) / 1000];
 }
+
+/** A place of the sheet in the window. */
+export const onSheet = async (page: Page, at: Point) => (await inWindow(page))(at);
 
 /** Draws one stroke. */
 export async function draw(page: Page, stroke: Point[]) {
-  const [first, ...others] = await Promise.all(stroke.map((point) => onSheet(page, point)));
+  const [first, ...others] = stroke.map(await inWindow(page));
   if (!first) return;
   await page.mouse.move(...first);
   await page.mouse.down();
@@ -41,10 +44,29 @@ export function strokes(points: Point[], count: number): Point[][] {
   });
 }
 
+/** Frames in which nothing has to move until it stands still: the camera flies without a pause. */
+const STILL = 6;
+
+/** Where an element is once it stands still. */
+export async function stillBox(element: Locator) {
+  await element.evaluate(async (node, still) => {
+    let [before, count] = ["", 0];
+    while (count < still) {
+      await new Promise(requestAnimationFrame);
+      const { x, y } = node.getBoundingClientRect();
+      count = before === `${x} ${y}` ? count + 1 : 0;
+      before = `${x} ${y}`;
+    }
+  }, STILL);
+  const box = await element.boundingBox();
+  if (!box) throw new Error("the element is gone");
+  return box;
+}
+
 /** Opens the page and waits until there is a mesh. */
 export async function open(page: Page, address = "/") {
   await page.goto(address);
-  await expect(page.getByRole("toolbar", { name: "Mesh" })).toContainText("Cat");
+  await expect(page.locator(".chooser")).toContainText("Cat");
 }
 
 /** Waits for an answer to what is drawn now. */

@@ -1,6 +1,6 @@
 import AxeBuilder from "@axe-core/playwright";
-import type { Page } from "@playwright/test";
-import { draw, matched, onSheet, open, outline, strokes } from "./drawing";
+import type { Locator, Page, Request } from "@playwright/test";
+import { draw, matched, onSheet, open, outline, stillBox, strokes } from "./drawing";
 import { expect, test } from "./server";
 
 /** The share of what is seen of the mesh that is not grey. */
@@ -37,12 +37,24 @@ test("an outline that is open says so and is matched once it is closed", async (
   await open(page);
   const [first = [], ...others] = strokes(await outline(page, "quadruped"), 4);
   await draw(page, first);
-  await expect(page.getByText("The line encloses nothing yet")).toBeVisible();
+  await expect(page.getByText("The outline is still open")).toBeVisible();
   await expect(page.locator(".mark.open circle")).toHaveCount(2);
   for (const stroke of others) await draw(page, stroke);
   await matched(page);
-  await expect(page.getByText("The line encloses nothing yet")).toBeHidden();
+  await expect(page.getByText("The outline is still open")).toBeHidden();
   expect(complaints).toEqual([]);
+});
+
+test("an outline that is open is closed by a click", async ({ page }) => {
+  await open(page);
+  const creature = await outline(page, "quadruped");
+  await draw(
+    page,
+    creature.filter((_, i) => i % 8 === 0 && i < 0.9 * creature.length),
+  );
+  await page.getByRole("button", { name: "Close it for me" }).click();
+  await expect(page.locator(".ink path")).toHaveCount(2);
+  await matched(page);
 });
 
 test("undo, redo, the eraser and the mirror change the drawing", async ({ page }) => {
@@ -122,8 +134,7 @@ test("what a match looks like at first sight is shown as such until the answer i
   await page.getByRole("button", { name: "Set a landmark" }).click();
   await page.mouse.click(...(await onSheet(page, [400, 480])));
   await page.mouse.move(...(await onSheet(page, [400, 480])));
-  const mark = await page.locator(".mesh-marks .twin").boundingBox();
-  if (!mark) throw new Error("no mark");
+  const mark = await stillBox(page.locator(".mesh-marks .twin"));
   await page.mouse.click(mark.x + mark.width / 2, mark.y + mark.height / 2);
   await expect(page.locator(".rating")).toHaveText("First sight");
   await expect(page.getByRole("button", { name: "Best answer" })).toBeDisabled();
@@ -143,6 +154,11 @@ test("an alternative is one click away", async ({ page }) => {
   await mirrored.click();
   await expect(mirrored).toHaveAttribute("aria-pressed", "true");
   await expect(page.getByRole("application", { name: "alternative 1" })).toBeVisible();
+  // It is there again after a reload, and one click goes back.
+  await page.reload();
+  await expect(mirrored).toHaveAttribute("aria-pressed", "true");
+  await page.getByRole("button", { name: "Best answer" }).click();
+  await expect(page.getByRole("application", { name: "in the colours of the drawing" })).toBeVisible();
 });
 
 test("hovering one side shows the point on the other", async ({ page }) => {
@@ -151,9 +167,7 @@ test("hovering one side shows the point on the other", async ({ page }) => {
   await matched(page);
   await page.mouse.move(...(await onSheet(page, [400, 480])));
   await expect(page.locator(".mesh-marks .twin")).toBeVisible();
-  const mark = await page.locator(".mesh-marks .twin").boundingBox();
-  if (!mark) throw new Error("no mark");
-  await page.waitForTimeout(600);
+  const mark = await stillBox(page.locator(".mesh-marks .twin"));
   await page.mouse.move(mark.x + mark.width / 2, mark.y + mark.height / 2);
   await expect(page.locator(".sheet .twin")).toBeVisible();
   const there = await page.locator(".sheet .twin").boundingBox();
@@ -169,14 +183,33 @@ test("a landmark is set by two clicks, sent, and deleted", async ({ page }) => {
   await page.mouse.click(...(await onSheet(page, [400, 480])));
   await expect(page.getByText("Now click the same place on the mesh")).toBeVisible();
   await page.mouse.move(...(await onSheet(page, [400, 480])));
-  const mark = await page.locator(".mesh-marks .twin").boundingBox();
-  if (!mark) throw new Error("no mark");
+  const mark = await stillBox(page.locator(".mesh-marks .twin"));
   const sent = page.waitForRequest((request) => request.url().endsWith("/v1/matches") && request.method() === "POST");
   await page.mouse.click(mark.x + mark.width / 2, mark.y + mark.height / 2);
   const { landmarks } = (await sent).postDataJSON();
   expect(landmarks).toHaveLength(1);
   expect(landmarks[0].sketch[0]).toBeCloseTo(400, -1);
   await expect(page.locator(".landmarks li")).toHaveText(/vertex \d+/);
+  await matched(page);
+  // Dragged on either side, it is sent as it stands then.
+  const dragged = async (pin: Locator, [dx, dy]: [number, number]) => {
+    const { x, y, width, height } = await stillBox(pin);
+    const isSent = (request: Request) =>
+      request.url().endsWith("/v1/matches") && JSON.stringify(request.postDataJSON().landmarks) !== before;
+    const asked = page.waitForRequest(isSent);
+    await page.mouse.move(x + width / 2, y + height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x + width / 2 + dx, y + height / 2 + dy, { steps: 4 });
+    await page.mouse.up();
+    return (await asked).postDataJSON().landmarks;
+  };
+  let before = JSON.stringify(landmarks);
+  const onDrawing = await dragged(page.getByRole("button", { name: "Landmark 1 on the drawing" }), [14, 0]);
+  expect(onDrawing[0].sketch[0]).toBeGreaterThan(landmarks[0].sketch[0]);
+  await matched(page);
+  before = JSON.stringify(onDrawing);
+  const onMesh = await dragged(page.getByRole("button", { name: "Landmark 1 on the mesh" }), [24, 0]);
+  expect(onMesh[0].mesh).not.toBe(onDrawing[0].mesh);
   await matched(page);
   await page.getByRole("button", { name: "Remove landmark 1" }).click();
   await expect(page.locator(".landmarks li")).toHaveCount(0);
@@ -289,8 +322,14 @@ test("it works on a phone", async ({ browser, baseURL }) => {
   expect(await isWithin()).toBe(true);
   await page.getByRole("button", { name: "Draw it for me" }).tap();
   await matched(page);
+  await page.getByRole("button", { name: "Pose it" }).tap();
+  await expect(page.getByText("Drag a handle and the mesh follows")).toBeVisible();
   await page.getByText("Look inside").tap();
   await expect(page.getByRole("button", { name: /Nuclear norm/ })).toBeVisible();
-  expect(await isWithin()).toBe(true);
+  for (const tab of await page.getByRole("tab").all()) {
+    await tab.tap();
+    await expect(tab).toHaveAttribute("aria-selected", "true");
+    expect(await isWithin(), `${await tab.textContent()}`).toBe(true);
+  }
   await context.close();
 });

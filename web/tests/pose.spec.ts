@@ -40,15 +40,42 @@ const picture = async (page: Page) =>
     .digest("hex");
 
 interface Gltf {
-  meshes: { primitives: { attributes: { POSITION: number }; targets?: { POSITION: number }[] }[] }[];
-  accessors: { count: number; min?: number[]; max?: number[] }[];
-  animations?: unknown[];
+  meshes: { primitives: { attributes: { POSITION: number }; targets: { POSITION: number }[] }[] }[];
+  accessors: { count: number; bufferView: number; byteOffset?: number }[];
+  bufferViews: { byteOffset?: number; byteStride?: number }[];
+  animations: unknown[];
 }
 
-/** The JSON within a GLB. */
-function gltf(file: Buffer): Gltf {
+/** What a GLB holds: x, y, z of every vertex at rest, and how far each frame takes it. */
+function poses(file: Buffer) {
   expect(file.toString("latin1", 0, 4)).toBe("glTF");
-  return JSON.parse(file.toString("utf8", 20, 20 + file.readUInt32LE(12)));
+  const length = file.readUInt32LE(12);
+  const { meshes, accessors, bufferViews, animations }: Gltf = JSON.parse(file.toString("utf8", 20, 20 + length));
+  const places = (number: number): number[] => {
+    const { count, bufferView, byteOffset = 0 } = accessors[number] as Gltf["accessors"][number];
+    const { byteOffset: start = 0, byteStride = 12 } = bufferViews[bufferView] as Gltf["bufferViews"][number];
+    const first = 20 + length + 8 + start + byteOffset;
+    return Array.from({ length: 3 * count }, (_, i) =>
+      file.readFloatLE(first + byteStride * Math.floor(i / 3) + 4 * (i % 3)),
+    );
+  };
+  const primitive = meshes[0]?.primitives[0];
+  if (!primitive) throw new Error("the file has no mesh");
+  const [rest, offsets] = [places(primitive.attributes.POSITION), primitive.targets.map((to) => places(to.POSITION))];
+  return { rest, frames: offsets.map((by) => rest.map((x, i) => x + (by[i] ?? Number.NaN))), animations };
+}
+
+/** The places of an OBJ. */
+const placesOf = (obj: string) =>
+  obj
+    .split("\n")
+    .filter((line) => line.startsWith("v "))
+    .flatMap((line) => line.split(/\s+/).slice(1, 4).map(Number));
+
+/** The largest difference between two lists of the same length. */
+function off(a: number[], b: number[]): number {
+  expect(a.length).toBe(b.length);
+  return a.reduce((most, x, i) => Math.max(most, Math.abs(x - (b[i] ?? Number.NaN))), 0);
 }
 
 async function saved(page: Page, format: string): Promise<Buffer> {
@@ -69,22 +96,30 @@ test("the mesh follows a handle as it is dragged, and is saved as it stands", as
   // The page blends by itself.
   expect(sent.filter((address) => address.includes("/v1/"))).toEqual([]);
 
-  // What is seen is what the server computes of the same request.
   await page.getByRole("button", { name: "Add a frame after this one" }).click();
   await drag(page, "Point 3;", [-30, -30]);
   const asked = page.waitForRequest((request) => request.url().endsWith("/v1/poses") && request.method() === "POST");
-  const glb = gltf(await saved(page, "GLB"));
-  const { frames, handles } = (await asked).postDataJSON();
+  const glb = poses(await saved(page, "GLB"));
+  const request = (await asked).postDataJSON();
+  const { frames, handles } = request;
   expect(handles).toHaveLength(6);
   expect(frames).toHaveLength(2);
   expect(frames[0][2]).toEqual({ type: "stay" });
   expect(frames[1][1]).toEqual(frames[0][1]);
-  expect(glb.meshes[0]?.primitives[0]?.targets).toHaveLength(2);
+  // The file holds the user's mesh and what the server computes of the same request.
+  const rest = placesOf(await (await page.request.get("/v1/examples/quadruped/mesh")).text());
+  expect(off(glb.rest, rest)).toBeLessThan(1e-5);
   expect(glb.animations).toHaveLength(1);
-  const obj = (await saved(page, "OBJ")).toString();
-  const places = obj.split("\n").filter((line) => line.startsWith("v "));
-  const rest = (await (await page.request.get("/v1/examples/quadruped/mesh")).text()).split("\n");
-  expect(places).toHaveLength(rest.filter((line) => line.startsWith("v ")).length);
+  const headers = { prefer: "wait=60" };
+  const { id } = await (await page.request.post("/v1/poses", { headers, data: request })).json();
+  const computed: PoseResult = await (await page.request.get(`/v1/poses/${id}/result`)).json();
+  expect(glb.frames).toHaveLength(2);
+  glb.frames.forEach((places, i) => {
+    expect(off(places, computed.frames[i]?.positions.flat() as number[])).toBeLessThan(1e-5);
+    expect(off(places, rest)).toBeGreaterThan(0.02);
+  });
+  const obj = placesOf((await saved(page, "OBJ")).toString());
+  expect(off(obj, glb.frames[1] ?? [])).toBeLessThan(1e-5);
   expect((await saved(page, "PNG")).toString("latin1", 1, 4)).toBe("PNG");
   expect(complaints).toEqual([]);
 });
@@ -114,9 +149,8 @@ test("what the page blends is the pose that the server computes", async ({ page 
   const moved = new Float32Array(rest.length);
   movedMesh({ basis, rest, places, axes }, maps, false, moved);
   const computed = (result.frames[0]?.positions ?? []).flat() as number[];
-  const off = (to: ArrayLike<number>) => computed.reduce((most, x, i) => Math.max(most, Math.abs(x - (to[i] ?? 0))), 0);
-  expect(off(rest)).toBeGreaterThan(0.05);
-  expect(off(moved)).toBeLessThan(1e-4);
+  expect(off(computed, Array.from(rest))).toBeGreaterThan(0.05);
+  expect(off(computed, Array.from(moved))).toBeLessThan(1e-4);
 });
 
 test("bones are set by a drag, moved by keys and deleted; frames are played", async ({ page, complaints }) => {

@@ -14,8 +14,10 @@ export class Server {
   /** Host and port, kept over a restart. */
   private authority = "127.0.0.1:0";
 
-  async start() {
-    const options = ["serve", "--listen", this.authority, "--data-dir", this.data, "--log-format", "json"];
+  /** Starts it, with these options beside its own. */
+  async start(...others: string[]) {
+    const own = ["serve", "--listen", this.authority, "--data-dir", this.data, "--log-format", "json"];
+    const options = [...own, ...others];
     this.child = spawn(PROGRAM, options, { stdio: ["ignore", "ignore", "pipe"] });
     const lines = createInterface({ input: this.child.stderr as NodeJS.ReadableStream });
     this.authority = await new Promise((resolve, reject) => {
@@ -39,6 +41,11 @@ export class Server {
   async close() {
     await this.stop();
     rmSync(this.data, { recursive: true, force: true });
+  }
+
+  /** The path of a file that is deleted with the server's own. */
+  file(name: string) {
+    return join(this.data, name);
   }
 
   get url() {

@@ -1,4 +1,5 @@
 /** What can go wrong with a call, in words for whoever made it. */
+import { key } from "./key";
 import type { Problem, ProblemFault } from "./types";
 
 /** The server answered no: a problem (RFC 9457), or something before it that says none. */
@@ -34,12 +35,16 @@ export class Away extends Error {
   }
 }
 
-/** What was refused and what to do about it, as a sentence. */
-export function words(error: unknown): string {
+/** What was refused and what to do about it, as sentences; `isRetried` where the page itself asks again. */
+export function words(error: unknown, isRetried = false): string {
   if (error instanceof Away) return "The server does not answer.";
+  if (error instanceof Refusal && error.status === 401)
+    return key.value
+      ? "This key is unknown here, was revoked or has expired: enter another at the top."
+      : "This server asks for a key: enter it at the top.";
   if (!(error instanceof Refusal)) return `Something went wrong in this page: ${String(error)}`;
   const [first, second] = error.faults;
-  return `${first && !second ? told(first) : sentence(error.message)}${advice(error.status)}`;
+  return `${first && !second ? told(first) : sentence(error.message)}${error.passes && isRetried ? "" : advice(error.status)}`;
 }
 
 /** A fault as a sentence, with its place where that is one in a file. */
@@ -49,15 +54,16 @@ export function told({ detail, place }: ProblemFault): string {
 
 function advice(status: number): string {
   switch (status) {
-    case 401:
-      return " Enter one at the top of the page.";
+    case 403:
+      return " Ask whoever gave you the key for one that may.";
     case 413:
       return " Choose a smaller file, or ask whoever runs the server to raise its limit.";
     case 415:
       return " Choose a file of one of the formats named beside the button.";
     case 429:
     case 503:
-      return " It is tried again by itself.";
+    case 507:
+      return " Try it again in a while.";
     case 500:
       return " This is a fault of the server: tell whoever runs it.";
     default:

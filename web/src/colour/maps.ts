@@ -14,11 +14,12 @@ function hues(along: number, across: number): Lab {
   return coloured(0.54 + 0.32 * across, 0.16, 0.72 - 0.8 * along - 0.1 * across);
 }
 
-/** Blue to yellow along and dark to light across: those who see no red or no green see both. */
+/**
+ * Blue over red to yellow along, dark to light across. Those who see no red or no green tell places along by their blue
+ * or yellow and places across by their lightness; nobody sees the light grey of what is uncertain.
+ */
 function safe(along: number, across: number): Lab {
-  const blueness = 1 - 2 * along;
-  const lightness = 0.42 + 0.4 * across + 0.1 * along;
-  return coloured(lightness, 0.17 * Math.abs(blueness), blueness > 0 ? 0.73 : 0.29);
+  return coloured(0.4 + 0.22 * along + 0.24 * across, 0.15, 0.73 + 0.5 * along);
 }
 
 /** Confidence from which a colour is full, and up to which there is none. */

@@ -54,5 +54,3 @@ export function bytes(lab: Lab): [number, number, number] {
   const [r, g, b] = light(lab).map((x) => 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
   return [r as number, g as number, b as number];
 }
-
-export const css = (lab: Lab) => `rgb(${bytes(lab).map(Math.round).join(" ")})`;

@@ -68,7 +68,7 @@ function linesOf(text: string): Point[][] | null {
 }
 
 /** The box around lines with a margin. */
-export function framed(lines: Point[][]): Box {
+function framed(lines: Point[][]): Box {
   const { x, y, width, height } = boxOf(lines.flat(2) as number[]);
   const margin = 0.08 * Math.max(width, height);
   return { x: x - margin, y: y - margin, width: width + 2 * margin, height: height + 2 * margin };

@@ -3,7 +3,7 @@ import { getStroke } from "perfect-freehand";
 import type { Stroke } from "./drawing";
 
 /** The width of the pen at a pressure of a half, in units of the sheet. */
-const WIDTH = 9;
+export const WIDTH = 9;
 
 /** The path of a stroke, `unit` being that of its sheet. */
 export function inkPath(stroke: Stroke, unit: number): string {

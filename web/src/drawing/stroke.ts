@@ -48,8 +48,37 @@ function distanceToSegment([x, y]: readonly number[], [ax, ay]: Point, [bx, by]:
   return Math.hypot(x - ax - share * dx, y - ay - share * dy);
 }
 
+/** The length of all strokes together. */
+export function lengthOf(strokes: Stroke[]): number {
+  const lengths = strokes.flatMap(({ points }) =>
+    points.slice(1).map(([x, y], i) => Math.hypot(x - (points[i]?.[0] ?? x), y - (points[i]?.[1] ?? y))),
+  );
+  return lengths.reduce((sum, length) => sum + length, 0);
+}
+
 /** Ends farther than this from every other line are loose, in units of the sheet. */
 const NEAR = 30;
+
+/** Whether two places of the sheet are near enough to be one when lines are closed. */
+export const isNear = ([ax, ay]: Point, [bx, by]: Point, unit: number) => Math.hypot(bx - ax, by - ay) < NEAR * unit;
+
+/** Straight strokes between loose ends, the nearest two first, until fewer than two are left. */
+export function bridges(strokes: Stroke[], unit: number): Stroke[] {
+  const ends = looseEnds(strokes, unit);
+  const gaps = ends.flatMap(([ax, ay], a) =>
+    ends.slice(0, a).map(([bx, by], b) => ({ a, b, length: Math.hypot(bx - ax, by - ay) })),
+  );
+  const joined = new Set<number>();
+  return gaps
+    .sort((one, other) => one.length - other.length)
+    .flatMap(({ a, b, length }) => {
+      // The ends of a dot are one place.
+      if (length === 0 || joined.has(a) || joined.has(b)) return [];
+      joined.add(a).add(b);
+      const [from, to] = [ends[a] as Point, ends[b] as Point];
+      return [{ points: extended([[...from, 0.5]], [...to, 0.5], unit) }];
+    });
+}
 
 /** The ends of strokes that meet no line. */
 export function looseEnds(strokes: Stroke[], unit: number): Point[] {

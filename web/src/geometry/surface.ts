@@ -85,11 +85,6 @@ function area(positions: Float32Array, triangles: Uint32Array): number {
   return sum;
 }
 
-export function positionOf(surface: Surface, vertex: number): [number, number, number] {
-  const [x, y, z] = surface.positions.subarray(3 * vertex, 3 * vertex + 3);
-  return [x, y, z as number];
-}
-
 export function edgeLength({ positions }: Surface, v: number, w: number): number {
   return Math.hypot(
     positions[3 * v] - positions[3 * w],

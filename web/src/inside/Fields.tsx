@@ -35,14 +35,18 @@ export function FieldInput(props: Props) {
 type Of<K extends Field["kind"]> = Props & { field: Extract<Field, { kind: K }> };
 
 /** A name of the interface as words. */
-export const worded = (name: string) => name.replaceAll("_", " ");
+const worded = (name: string) => NAMES[name] ?? name.replaceAll("_", " ");
+
+const NAMES: Record<string, string> = { hks: "heat kernel", wks: "wave kernel" };
+
+const byPreset = (used: Value) => (used === undefined ? "by the preset" : `${used}, by the preset`);
 
 function Choice({ name, field, value, used, set }: Of<"choice">) {
   return (
     <label class="field">
       <span>{worded(name)}</span>
       <select value={String(value ?? "")} onChange={(event) => set(event.currentTarget.value || undefined)}>
-        <option value="">{used === undefined ? "by the preset" : `by the preset: ${used}`}</option>
+        <option value="">{byPreset(used)}</option>
         {field.words.map((word) => (
           <option key={word}>{word}</option>
         ))}
@@ -180,7 +184,7 @@ function Variants({ name, field: { tag, variants, description }, value, used, se
             aria-describedby={id}
             onChange={({ currentTarget }) => set(currentTarget.value ? { [tag]: currentTarget.value } : undefined)}
           >
-            <option value="">{by === undefined ? "by the preset" : `by the preset: ${by}`}</option>
+            <option value="">{byPreset(by)}</option>
             {Object.keys(variants).map((variant) => (
               <option key={variant}>{variant}</option>
             ))}

@@ -6,7 +6,7 @@ import { words } from "../api/trouble";
 import { coloured } from "../state/colouring";
 import { answer } from "../state/live";
 
-/** Eigenpairs that are fetched: the shortest length in which the server keeps them. */
+/** Eigenpairs that are fetched where the map has fewer: the shortest length in which the server keeps them. */
 const PAIRS = 20;
 
 export function Functions() {
@@ -15,12 +15,17 @@ export function Functions() {
   const number = useSignal(2);
   const trouble = useSignal("");
   const [sketch, mesh] = [result?.sketch, result?.mesh];
+  const count = Math.max(
+    PAIRS,
+    result?.intermediate.sketch_eigenvalues.length ?? 0,
+    result?.intermediate.mesh_eigenvalues.length ?? 0,
+  );
 
   useEffect(() => {
     if (!sketch || !mesh) return;
     const stop = new AbortController();
     spectra.value = null;
-    Promise.all([spectrum("sketches", sketch, PAIRS, stop.signal), spectrum("meshes", mesh, PAIRS, stop.signal)]).then(
+    Promise.all([spectrum("sketches", sketch, count, stop.signal), spectrum("meshes", mesh, count, stop.signal)]).then(
       (found) => {
         spectra.value = found;
       },
@@ -29,7 +34,7 @@ export function Functions() {
       },
     );
     return () => stop.abort();
-  }, [sketch, mesh]);
+  }, [sketch, mesh, count]);
 
   // The colours go back to those of the places with this tab.
   useEffect(
@@ -85,7 +90,7 @@ export function Functions() {
           <input
             type="range"
             min={1}
-            max={PAIRS}
+            max={count}
             value={number.value}
             onInput={(event) => show(event.currentTarget.valueAsNumber)}
           />
@@ -134,13 +139,9 @@ function Eigenvalues({ sketch, mesh, scale, number, show }: TableProps) {
           {rows.map((i) => (
             <tr key={i} class={i + 1 === number ? "now" : ""}>
               <th scope="row">
-                {i < PAIRS ? (
-                  <button type="button" class="quiet" onClick={() => show(i + 1)}>
-                    {i + 1}
-                  </button>
-                ) : (
-                  i + 1
-                )}
+                <button type="button" class="quiet" onClick={() => show(i + 1)}>
+                  {i + 1}
+                </button>
               </th>
               <td>{sketch[i]?.toFixed(3)}</td>
               <td>{mesh[i]?.toFixed(3)}</td>

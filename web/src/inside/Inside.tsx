@@ -1,6 +1,7 @@
 /** What the method did, and every knob of it. */
 import { useSignal } from "@preact/signals";
 import type { ComponentType } from "preact";
+import { Compare } from "./Compare";
 import { Evaluation } from "./Evaluation";
 import { Functions } from "./Functions";
 import { HeatMaps } from "./HeatMap";
@@ -12,6 +13,7 @@ import "./inside.css";
 
 const TABS: Record<string, ComponentType> = {
   Settings,
+  "Presets side by side": Compare,
   "Functional map": HeatMaps,
   Objective,
   "Regions and eigenfunctions": Functions,

@@ -1,5 +1,6 @@
 /** The request of this answer as a program sends it. */
 import { useSignal } from "@preact/signals";
+import { key } from "../api/key";
 import { answer } from "../state/live";
 import { wishes } from "../state/request";
 import { give } from "../state/tidy";
@@ -38,7 +39,7 @@ export function Request() {
             {name}
           </button>
         ))}
-        <button type="button" onClick={copy}>
+        <button type="button" class="copy" onClick={copy}>
           Copy
         </button>
         <span class="said" role="status">
@@ -54,34 +55,41 @@ export function Request() {
 /** Within single quotes of a shell. */
 const quoted = (text: string) => `'${text.replaceAll("'", `'\\''`)}'`;
 
+// The key itself is written into nothing that is copied.
+
 function curl(origin: string, request: string): string {
-  return `MATCH=$(curl -s -H 'Prefer: wait=60' -H 'Content-Type: application/json' \\
+  const withKey = key.value ? ` -H "Authorization: Bearer $SKETCHMATCH_KEY"` : "";
+  return `MATCH=$(curl -s${withKey} -H 'Prefer: wait=60' -H 'Content-Type: application/json' \\
   -d ${quoted(request)} \\
   ${origin}/v1/matches)
 RESULT=$(echo "$MATCH" | grep -o '/v1/matches/[^"]*/result')
-curl -s "${origin}$RESULT" > result.json`;
+curl -s${withKey} "${origin}$RESULT" > result.json`;
 }
 
 function python(origin: string, request: string): string {
-  return `import json
+  const [imports, withKey] = key.value
+    ? ["import json\nimport os", `headers["Authorization"] = "Bearer " + os.environ["SKETCHMATCH_KEY"]\n`]
+    : ["import json", ""];
+  return `${imports}
 from urllib.request import Request, urlopen
 
 SERVER = "${origin}"
 request = json.loads(r'''${request}''')
 headers = {"Content-Type": "application/json", "Prefer": "wait=60"}
-with urlopen(Request(SERVER + "/v1/matches", json.dumps(request).encode(), headers)) as answer:
+${withKey}with urlopen(Request(SERVER + "/v1/matches", json.dumps(request).encode(), headers)) as answer:
     match = json.load(answer)
-with urlopen(SERVER + match["links"]["result"]) as answer:
+with urlopen(Request(SERVER + match["links"]["result"], headers=headers)) as answer:
     result = json.load(answer)
 print(result["rating"], result["correspondences"][0])`;
 }
 
 function javascript(origin: string, request: string): string {
+  const withKey = key.value ? `headers.authorization = "Bearer " + process.env.SKETCHMATCH_KEY;\n` : "";
   return `const server = "${origin}";
 const request = ${request};
 const headers = { "content-type": "application/json", prefer: "wait=60" };
-const asked = await fetch(server + "/v1/matches", { method: "POST", headers, body: JSON.stringify(request) });
+${withKey}const asked = await fetch(server + "/v1/matches", { method: "POST", headers, body: JSON.stringify(request) });
 const match = await asked.json();
-const result = await (await fetch(server + match.links.result)).json();
+const result = await (await fetch(server + match.links.result, { headers })).json();
 console.log(result.rating, result.correspondences[0]);`;
 }

@@ -36,20 +36,23 @@ interface FileProps {
   icon: IconName;
   label: string;
   accept: string;
+  /** Asks for a photograph: shown where there is a touch screen. */
+  isCamera?: boolean;
   onFile: (file: File) => void;
   children?: ComponentChildren;
 }
 
-/** A button that asks for a file; on a phone also for a photograph. */
-export function FileButton({ icon, label, accept, onFile, children }: FileProps) {
+/** A button that asks for a file. */
+export function FileButton({ icon, label, accept, isCamera = false, onFile, children }: FileProps) {
   return (
-    <label class="icon-button" title={label}>
+    <label class={`icon-button ${isCamera ? "camera" : ""}`} title={label}>
       <Icon name={icon} />
       {children && <span>{children}</span>}
       <input
         type="file"
         class="hidden"
         accept={accept}
+        {...(isCamera && { capture: "environment" })}
         aria-label={label}
         onChange={(event) => {
           const file = event.currentTarget.files?.[0];

@@ -23,7 +23,7 @@ export function Header() {
               palette.value = value as Palette;
             }}
           >
-            <option value="hues">many hues</option>
+            <option value="hues">hues</option>
             <option value="safe">colour-blind safe</option>
           </select>
         </label>
@@ -35,7 +35,7 @@ export function Header() {
               theme.value = value as Theme;
             }}
           >
-            <option value="auto">as the system</option>
+            <option value="auto">system</option>
             <option value="light">light</option>
             <option value="dark">dark</option>
           </select>

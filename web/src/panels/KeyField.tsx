@@ -14,7 +14,7 @@ export function KeyField() {
       }}
     >
       <label>
-        <span>{key.value ? "This key is not taken: another" : "Key"}</span>
+        <span>{key.value ? "Another key" : "Key"}</span>
         <input ref={field} type="password" aria-label="Key" autocomplete="off" required />
       </label>
       <button type="submit">Use</button>

@@ -40,7 +40,7 @@ export function MeshTools() {
         accept={MESH_FILES}
         onFile={takeFile}
       >
-        Open
+        Open a mesh
       </FileButton>
       <dialog ref={dialog} class="meshes" aria-label="Choose a mesh">
         <Choice stored={stored.value} close={() => dialog.current?.close()} />
@@ -91,7 +91,8 @@ function Choice({ stored, close }: { stored: MeshDocument[]; close: () => void }
         ))}
       </ul>
       <p class="hint">
-        Your own: drop a file anywhere on the page, or press Open. OBJ, OFF, PLY, STL, GLB and glTF are read.
+        Your own: drop a file anywhere on the page, or press <em>Open a mesh</em>. OBJ, OFF, PLY, STL, GLB and glTF are
+        read.
       </p>
     </>
   );

@@ -45,19 +45,20 @@ export function SheetTools() {
         <IconButton icon="redo" label="Redo" keys="Control+Shift+Z" disabled={!canRedo.value} onClick={redo} />
         <IconButton icon="clear" label="Empty the sheet" disabled={nothingDrawn.value} onClick={clear} />
       </div>
+      <FileButton icon="camera" label="Photograph a drawing" accept="image/*" isCamera onFile={take} />
       <FileButton
         icon="file"
         label="Open a drawing: SVG, picture, photograph or JSON"
         accept={DRAWING_FILES}
         onFile={take}
       >
-        Open
+        Open a drawing
       </FileButton>
     </div>
   );
 }
 
-export function clear() {
+function clear() {
   landmarks.value = [];
   edit(EMPTY);
 }

@@ -2,7 +2,9 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { sentence, told } from "../api/trouble";
-import { drawing, nothingDrawn } from "../state/drawing";
+import { unit, withStrokes } from "../drawing/drawing";
+import { bridges } from "../drawing/stroke";
+import { drawing, edit, nothingDrawn } from "../state/drawing";
 import { again, answer, reading, type Stage, stage, takeLines } from "../state/live";
 import { mesh } from "../state/mesh";
 import { RATINGS, readingWarnings, reasons, STAGES } from "./words";
@@ -29,11 +31,12 @@ function Now({ now }: { now: Stage }) {
       return <Progress words={STAGES[now.stage] ?? now.stage} fraction={now.fraction} />;
     case "open":
       return (
-        <p class="trouble open">
+        <p class={`trouble ${drawing.value.ground ? "" : "open"}`}>
           {now.words}
+          <Close />
           {now.isTaken && (
             <button type="button" onClick={takeLines}>
-              It is a figure of lines
+              Match the lines as they are
             </button>
           )}
         </p>
@@ -56,6 +59,18 @@ function Now({ now }: { now: Stage }) {
     case "done":
       return null;
   }
+}
+
+/** Closes an outline by straight lines between its loose ends. */
+function Close() {
+  const { strokes, frame } = drawing.value;
+  const lines = bridges(strokes, unit(frame));
+  if (lines.length === 0) return null;
+  return (
+    <button type="button" onClick={() => edit(withStrokes(drawing.value, [...strokes, ...lines]))}>
+      Close it for me
+    </button>
+  );
 }
 
 function Progress({ words, fraction }: { words: string; fraction: number | null }) {
@@ -120,7 +135,8 @@ function Rated() {
 
 /** What was mended and is to be known, of drawing, mesh and match. */
 function Notes() {
-  const read = reading.value?.of === drawing.value ? readingWarnings(reading.value) : [];
+  const isBegun = stage.value.kind === "open" && stage.value.isTaken;
+  const read = reading.value?.of === drawing.value && !isBegun ? readingWarnings(reading.value) : [];
   const said = answer.value?.result.warnings.map(sentence) ?? [];
   const mended = mesh.value?.document.warnings.map(({ detail }) => sentence(detail)) ?? [];
   const groups = [

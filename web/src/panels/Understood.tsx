@@ -2,7 +2,7 @@
 import { useRef } from "preact/hooks";
 import { sketchPicture } from "../api/shapes";
 import { drawing } from "../state/drawing";
-import { reading } from "../state/live";
+import { reading, stage } from "../state/live";
 import { IconButton } from "./Button";
 import { Picture } from "./Picture";
 import { readingWarnings } from "./words";
@@ -13,7 +13,7 @@ const WIDTH = 900;
 export function Understood() {
   const dialog = useRef<HTMLDialogElement>(null);
   const read = reading.value?.of === drawing.value ? reading.value : null;
-  if (!read) return null;
+  if (!read || stage.value.kind === "open") return null;
   const warnings = readingWarnings(read);
   return (
     <>

@@ -15,9 +15,8 @@ const PATHS = {
   plus: "M12 5v14 M5 12h14",
   play: "M8 5l11 7-11 7z",
   pause: "M9 5v14 M15 5v14",
+  camera: "M4 8h3l2-3h6l2 3h3v11H4z M12 10a3.500 3.500 0 1 0 0 7 3.500 3.500 0 1 0 0-7",
   close: "M6 6l12 12 M18 6L6 18",
-  theme: "M12 3a9 9 0 1 0 9 9 7 7 0 0 1-9-9z",
-  palette: "M12 3a9 9 0 1 0 0 18c2 0 1-3 3-4s6 0 6-5a9 9 0 0 0-9-9z M8 11h0 M12 7.500h0 M16 10h0",
   down: "M6 9l6 6 6-6",
 } as const;
 

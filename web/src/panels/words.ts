@@ -50,7 +50,7 @@ export const STAGES: Record<string, string> = {
   finished: "Fetching the answer",
 };
 
-export const NAMES: Record<string, string> = { quadruped: "Cat", biped: "Person" };
+const NAMES: Record<string, string> = { quadruped: "Cat", biped: "Person" };
 
 /** What an example or an uploaded mesh is called. */
 export function named(name: string | null | undefined): string {

@@ -1,9 +1,8 @@
 /** The mesh posed by the drawing: handles, the pose of a drawing, frames, and what is saved of them. */
 import { useEffect } from "preact/hooks";
 import { DRAWING_FILES } from "../drawing/files";
-import { spots } from "../geometry/spots";
 import { FileButton } from "../panels/Button";
-import { addPoint, handles, isPlacing, removeAll } from "../state/handles";
+import { handles, isPlacing, removeAll, setSome } from "../state/handles";
 import { type Answer, chosen, finalAnswer } from "../state/live";
 import { blend, held, unheld } from "./blend";
 import { pause } from "./playing";
@@ -11,9 +10,6 @@ import { save, saving } from "./saving";
 import { Timeline } from "./Timeline";
 import { followAnswer, giveBack, taken, takeOther, takeOwn, taking } from "./taken";
 import "./pose.css";
-
-/** Handles that are set for whoever asks for it. */
-const SET = 6;
 
 export default function Pose() {
   useEffect(() => {
@@ -66,11 +62,6 @@ function Posing({ answer }: { answer: Answer }) {
 }
 
 function Modes({ answer }: { answer: Answer }) {
-  const setSome = () => {
-    removeAll();
-    for (const spot of spots(answer.reading.flat, SET)) addPoint(spot);
-    isPlacing.value = false;
-  };
   const isEmpty = handles.value.length === 0;
   return (
     <>
@@ -79,7 +70,7 @@ function Modes({ answer }: { answer: Answer }) {
         <Mode of={false} name="Move them" disabled={isEmpty} />
       </div>
       {isEmpty ? (
-        <button type="button" onClick={setSome}>
+        <button type="button" onClick={() => setSome(answer.reading.flat)}>
           Set some for me
         </button>
       ) : (

@@ -15,7 +15,11 @@ export function Ground() {
     setAddress(made);
     return () => URL.revokeObjectURL(made);
   }, [file]);
-  if (address) return <img class="ground" src={address} alt="" />;
+  // What the browser cannot show is told of by the server.
+  const hide = ({ currentTarget }: { currentTarget: HTMLImageElement }) => {
+    currentTarget.hidden = true;
+  };
+  if (address) return <img key={address} class="ground" src={address} alt="" onError={hide} />;
   if (ground?.kind !== "outline" && ground?.kind !== "stored") return null;
   return (
     <svg class="ground" viewBox={`${frame.x} ${frame.y} ${frame.width} ${frame.height}`} aria-hidden="true">

@@ -2,20 +2,24 @@
 import type { ProblemFault } from "../api/types";
 import { type Drawing, isYUp, turned, unit } from "../drawing/drawing";
 import { linePath } from "../drawing/ink";
-import { looseEnds } from "../drawing/stroke";
+import { isNear, looseEnds } from "../drawing/stroke";
 import { type Box, boxOf, type Point } from "../geometry/flat";
 import { drawing, figure } from "../state/drawing";
 import { twin } from "../state/hover";
 import { type Reading, reading, stage } from "../state/live";
+import { tool } from "../state/tools";
 import { underway } from "./pencil";
 
 export function Read() {
   const one = unit(drawing.value.frame);
   const read = reading.value;
   const isOfNow = read?.of === drawing.value && !underway.value;
+  // Of an outline that is still open nothing is to be seen but its ends.
+  const isBegun = stage.value.kind === "open" && stage.value.isTaken;
   return (
     <>
-      {isOfNow && <Figure read={read} />}
+      {isOfNow && !isBegun && <Figure read={read} />}
+      {underway.value && tool.value === "pen" && <Closing of={underway.value} />}
       {stage.value.kind === "open" && !underway.value && <Open of={drawing.value} faults={stage.value.faults} />}
       {twin.value && !underway.value && <circle class="twin" cx={twin.value.at[0]} cy={twin.value.at[1]} r={9 * one} />}
     </>
@@ -88,6 +92,27 @@ function Open({ of, faults }: { of: Drawing; faults: ProblemFault[] }) {
       {[...looseEnds(of.strokes, one), ...named(faults, isYUp(of))].map(([x, y]) => (
         <Ring key={`${x} ${y}`} at={[x, y]} r={16 * one} />
       ))}
+    </g>
+  );
+}
+
+/** Points of a stroke from which on it may be a whole outline. */
+const LONG = 40;
+
+/** Where a stroke under way began, and whether it would be closed if the pen were lifted now. */
+function Closing({ of }: { of: Drawing }) {
+  const one = unit(of.frame);
+  const points = of.strokes.at(-1)?.points ?? [];
+  const [first, last] = [points[0], points.at(-1)];
+  if (!first || !last || points.length < LONG) return null;
+  const [start, end]: Point[] = [
+    [first[0], first[1]],
+    [last[0], last[1]],
+  ];
+  const isClosed = isNear(start as Point, end as Point, one);
+  return (
+    <g class={`mark open ${isClosed ? "closed" : ""}`}>
+      <Ring at={start as Point} r={16 * one} />
     </g>
   );
 }

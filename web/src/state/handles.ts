@@ -1,7 +1,8 @@
 /** What the drawing is posed by, and where it goes in each frame. */
 import { batch, computed, signal } from "@preact/signals";
-import type { Point } from "../geometry/flat";
+import type { Flat, Point } from "../geometry/flat";
 import { type Handle, type Move, STAY } from "../geometry/handles";
+import { spots } from "../geometry/spots";
 
 export const handles = signal<Handle[]>([]);
 /** A move for every handle in each; there is always one. */
@@ -58,6 +59,24 @@ export function removeFrame() {
   batch(() => {
     frames.value = frames.value.toSpliced(frame.value, 1);
     frame.value = Math.min(frame.value, frames.value.length - 1);
+  });
+}
+
+/** Handles that are set for whoever asks for it. */
+const SOME = 6;
+
+/** Sets points where the drawing is well held, to be moved at once. */
+export function setSome(flat: Flat) {
+  const set = spots(flat, SOME).map((at): Handle => ({ kind: "point", at }));
+  setHandles(set, [set.map(() => STAY)]);
+}
+
+/** Takes handles of before with their frames; what does not belong together is left. */
+export function setHandles(set: Handle[], moved: Move[][]) {
+  if (moved.length === 0 || moved.some((moves) => moves.length !== set.length)) return;
+  batch(() => {
+    [handles.value, frames.value, frame.value] = [set, moved, 0];
+    isPlacing.value = set.length === 0;
   });
 }
 

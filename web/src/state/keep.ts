@@ -3,9 +3,13 @@ import { effect } from "@preact/signals";
 import { get, set } from "idb-keyval";
 import type { MatchRequest, Ups } from "../api/types";
 import type { Drawing } from "../drawing/drawing";
+import type { Handle, Move } from "../geometry/handles";
 import { components, type Landmark, landmarks, type Part, part, settings, up } from "./corrections";
 import { drawing, figure } from "./drawing";
+import { frames, handles, setHandles } from "./handles";
+import { chosen, finalAnswer } from "./live";
 import { mesh } from "./mesh";
+import { type Tool, tool } from "./tools";
 
 export interface Kept {
   drawing: Drawing;
@@ -16,6 +20,11 @@ export interface Kept {
   part: Part | null;
   components: number[] | null;
   settings: Partial<MatchRequest>;
+  /** The alternative that is shown instead of the answer, by its number. */
+  chosen: number | null;
+  tool: Tool;
+  handles: Handle[];
+  frames: Move[][];
 }
 
 /** Changes with the form of what is kept. */
@@ -32,6 +41,10 @@ export function now(): Kept {
     part: part.value,
     components: components.value,
     settings: settings.value,
+    chosen: chosen.value,
+    tool: tool.value,
+    handles: handles.value,
+    frames: frames.value,
   };
 }
 
@@ -44,6 +57,20 @@ export function restore(kept: Partial<Kept>) {
   part.value = kept.part ?? part.value;
   components.value = kept.components ?? components.value;
   settings.value = kept.settings ?? settings.value;
+  tool.value = kept.tool ?? tool.value;
+  if (kept.handles && kept.frames) setHandles(kept.handles, kept.frames);
+  if (typeof kept.chosen === "number") choose(kept.chosen);
+}
+
+/** Takes an alternative once the drawing of now has its answer. */
+function choose(number: number) {
+  const of = drawing.value;
+  effect(function (this: { dispose(): void }) {
+    const now = finalAnswer.value;
+    if (drawing.value === of && !now) return;
+    if (now?.reading.of === of && number < now.result.alternatives.length) chosen.value = number;
+    this.dispose();
+  });
 }
 
 /** What was kept; nothing where the browser keeps nothing for this page. */

@@ -28,7 +28,8 @@ export async function linked(): Promise<Kept | null> {
   if (!hash) return null;
   try {
     const { frame, ...state } = JSON.parse(await unpacked(hash)) as Linked;
-    if (![state.landmarks, "strokes" in state ? state.strokes : []].every(Array.isArray)) return null;
+    const lists = [state.landmarks, state.handles, state.frames, "strokes" in state ? state.strokes : []];
+    if (!lists.every(Array.isArray)) return null;
     return { ...state, drawing: await drawingOf(frame, state) };
   } catch {
     return null;

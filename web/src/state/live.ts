@@ -99,8 +99,8 @@ function ask(asked: Asked, pause: number) {
     stage.value = { kind: "idle" };
     return;
   }
-  // An answer on another mesh says nothing of this one.
-  if (answer.value?.mesh !== asked.mesh) show(null);
+  // An answer on another mesh or to another file says nothing of this one.
+  if (answer.value?.mesh !== asked.mesh || answer.value?.reading.of.ground !== asked.drawing.ground) show(null);
   if (pause === 0) return void run(asked, signal);
   const timer = setTimeout(() => run(asked, signal), pause);
   signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
@@ -151,7 +151,10 @@ async function readingOf(asked: Asked, signal: AbortSignal) {
   stage.value = { kind: "reading" };
   const document = await stored(asked, signal);
   signal.throwIfAborted();
-  return { document, read: located(asked, document, signal) };
+  const read = located(asked, document, signal);
+  // Whoever waits for it is told; where the match fails first, nobody does.
+  read.catch(() => {});
+  return { document, read };
 }
 
 async function located({ drawing, figure }: Asked, document: SketchDocument, signal: AbortSignal): Promise<Reading> {
@@ -237,5 +240,5 @@ function trouble(error: unknown, signal: AbortSignal): Stage {
   rest = Math.min(2 * rest, REST.longest);
   const timer = setTimeout(again, wait);
   signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
-  return { kind: "away", words: words(error), until: Date.now() + wait };
+  return { kind: "away", words: words(error, true), until: Date.now() + wait };
 }

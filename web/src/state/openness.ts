@@ -1,24 +1,21 @@
-/** Whether what is drawn by hand is still open: lines that enclose nothing are an outline begun, not a thin figure. */
+/** Whether what is drawn by hand is still open: lines that enclose little are an outline begun, not a thin figure. */
 import { signal } from "@preact/signals";
 import type { SketchDocument } from "../api/types";
-import type { Drawing } from "../drawing/drawing";
-import { boxOf } from "../geometry/flat";
+import { type Drawing, unit } from "../drawing/drawing";
+import { WIDTH } from "../drawing/ink";
+import { lengthOf, looseEnds } from "../drawing/stroke";
 
-/** Whether lines that enclose nothing are matched all the same: a figure of sticks. */
+/** Whether lines that enclose little are matched all the same: a figure of sticks. */
 export const takesLines = signal(false);
 
-/** The share of the figure's box, in width and in height, from which on a line is the whole figure. */
-const WHOLE = 0.9;
+/** The area of a figure, in areas of its ink, from which on its lines enclose it: half a cat has 2, a cat 4. */
+const ENCLOSED = 3;
 
 /** What is missing of a drawing by hand, in words; nothing where it can be matched. */
-export function missingOf(drawing: Drawing, document: SketchDocument): string | null {
-  const figure = document.figures?.[0];
-  if (drawing.ground !== null || !figure) return null;
-  const whole = boxOf(figure.box.flat());
-  const isWhole = document.warnings.some(({ code, box }) => {
-    if (code !== "line_as_limb" || !box) return false;
-    const { width, height } = boxOf(box.flat());
-    return width > WHOLE * whole.width && height > WHOLE * whole.height;
-  });
-  return isWhole ? "The line encloses nothing yet: bring its ends together." : null;
+export function missingOf({ ground, strokes, frame }: Drawing, document: SketchDocument): string | null {
+  if (ground !== null || !document.warnings.some(({ code }) => code === "line_as_limb")) return null;
+  const one = unit(frame);
+  const ink = lengthOf(strokes) * WIDTH * one;
+  const isOpen = document.area < ENCLOSED * ink && looseEnds(strokes, one).length > 1;
+  return isOpen ? "The outline is still open: bring its ends together." : null;
 }

@@ -11,7 +11,7 @@ function kept<T extends string>(key: string, values: readonly T[]) {
   return preference;
 }
 
-export const THEMES = ["auto", "light", "dark"] as const;
+const THEMES = ["auto", "light", "dark"] as const;
 export const theme = kept<Theme>("theme", THEMES);
 export const palette = kept<Palette>("palette", ["hues", "safe"]);
 
