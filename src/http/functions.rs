@@ -9,7 +9,7 @@ use super::App;
 use super::pictures::{GLB, PNG, width};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{NPY, SAFETENSORS, Wanted};
+use super::representation::{NPY, OCTETS, SAFETENSORS, Wanted};
 use super::spectra::{Asked, Found};
 use crate::descriptors::functions::{Kind as Function, Sampling};
 use crate::export::functions;
@@ -58,7 +58,7 @@ pub struct FunctionsQuery {
 #[utoipa::path(
     get, path = "/v1/meshes/{id}/functions", operation_id = "read_mesh_functions", tag = "meshes", params(("id" = String, Path), FunctionsQuery),
     responses(
-        (status = 200, description = "the functions", content(("application/x-npy"), ("application/vnd.safetensors"), ("model/gltf-binary"), ("image/png"))),
+        (status = 200, description = "the functions", content(("application/x-npy"), ("application/vnd.safetensors"), ("model/gltf-binary"), ("image/png"), ("application/octet-stream"))),
         (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),
@@ -76,7 +76,7 @@ pub async fn of_mesh(
 #[utoipa::path(
     get, path = "/v1/sketches/{id}/functions", operation_id = "read_sketch_functions", tag = "sketches", params(("id" = String, Path), FunctionsQuery),
     responses(
-        (status = 200, description = "the functions", content(("application/x-npy"), ("application/vnd.safetensors"), ("model/gltf-binary"), ("image/png"))),
+        (status = 200, description = "the functions", content(("application/x-npy"), ("application/vnd.safetensors"), ("model/gltf-binary"), ("image/png"), ("application/octet-stream"))),
         (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),
@@ -97,7 +97,7 @@ async fn answered(
     query: FunctionsQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let wanted = Wanted::negotiated(headers, &[NPY, SAFETENSORS, GLB, PNG])?;
+    let wanted = Wanted::negotiated(headers, &[NPY, SAFETENSORS, GLB, PNG, OCTETS])?;
     let sampling = sampling(&query)?;
     let wide = width(query.width, WIDTH)?;
     let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
@@ -123,7 +123,7 @@ async fn answered(
     let write = move |media_type| {
         let values = query.kind.at_vertices(&spectrum, sampling, shown);
         match media_type {
-            NPY => Ok(functions::npy(&values, &figure)),
+            NPY | OCTETS => Ok(functions::npy(&values, &figure)),
             SAFETENSORS => functions::safetensors(&values, &figure),
             GLB => functions::glb(&values, &figure, &mesh),
             _ => functions::png(&values, &figure, &mesh, wide),

@@ -9,7 +9,7 @@ use super::App;
 use super::pictures::GLB;
 use super::problem::Problem;
 use super::query::{Id, Query};
-use super::representation::{NPY, Wanted};
+use super::representation::{NPY, OCTETS, Wanted};
 use super::spectra::{Asked, Found};
 use crate::export::functions;
 use crate::spectral::{Boundary, rebuilt};
@@ -32,7 +32,7 @@ pub struct RebuiltQuery {
 #[utoipa::path(
     get, path = "/v1/meshes/{id}/rebuilt", operation_id = "rebuild_mesh", tag = "meshes", params(("id" = String, Path), RebuiltQuery),
     responses(
-        (status = 200, description = "the rebuilt shape", content(("model/gltf-binary"), ("application/x-npy"))),
+        (status = 200, description = "the rebuilt shape", content(("model/gltf-binary"), ("application/x-npy"), ("application/octet-stream"))),
         (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),
@@ -50,7 +50,7 @@ pub async fn of_mesh(
 #[utoipa::path(
     get, path = "/v1/sketches/{id}/rebuilt", operation_id = "rebuild_sketch", tag = "sketches", params(("id" = String, Path), RebuiltQuery),
     responses(
-        (status = 200, description = "the rebuilt shape", content(("model/gltf-binary"), ("application/x-npy"))),
+        (status = 200, description = "the rebuilt shape", content(("model/gltf-binary"), ("application/x-npy"), ("application/octet-stream"))),
         (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),
@@ -71,7 +71,7 @@ async fn answered(
     query: RebuiltQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let wanted = Wanted::negotiated(headers, &[GLB, NPY])?;
+    let wanted = Wanted::negotiated(headers, &[GLB, NPY, OCTETS])?;
     let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
     let (spectrum, figure, mesh) = match asked.found(app).await? {
         Found::Spectrum(found) => *found,
