@@ -80,7 +80,7 @@ context:
 	tar -cf - $$(sed -n 's/^!//p' .dockerignore) | tar -xf - -C target/context
 	cargo check --locked --bin sketchmatch --manifest-path target/context/Cargo.toml --target-dir target
 
-# What every stage costs, as one table; see docs/performance.md. BENCH_ARGS: --sixty, --vast.
+# What every stage costs, as one table; see docs/performance.md. BENCH_ARGS: --sixty, --vast, --stretches.
 bench:
 	cargo bench --locked --bench performance -- $(BENCH_ARGS)
 

@@ -6,12 +6,13 @@
 
 Every second a node drawn by chance is killed (kill -9) and started again. With PostgreSQL and an S3 server, each reached by
 way of a gate: three times all connections to the database are cut, and for 30 s the S3 server takes none. With --sqlite it is
-one node over a directory of its own, killed every three seconds: as long as one of three lives. Afterwards, with no node running, the blobs are swept. It fails unless every job that was
+one node over a directory of its own, killed every three seconds: as long as one of three lives. Afterwards, with no node running,
+the blobs are swept. It fails unless every job that was
 accepted succeeded, was published once, and no blob is left that no row names. With --calm nothing is done to the nodes: how
 many jobs a second they do.
 
 Needs a PostgreSQL in which databases can be made (--database), `psql`, and the Python package `moto[s3,server]`; --sqlite needs
-neither. A job fails whose process was killed six times: on a machine so slow that jobs live longer than their nodes, some do.
+neither.
 """
 import argparse, collections, contextlib, json, math, os, random, shutil, signal, socket, sqlite3, subprocess, sys, tempfile
 import threading, time, urllib.error, urllib.parse, urllib.request

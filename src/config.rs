@@ -15,6 +15,7 @@ use sketchmatch::http::admission::Admission;
 use sketchmatch::http::limits::Limits;
 use sketchmatch::http::origin::Origin;
 use sketchmatch::store::{BlobUrl, DatabaseUrl, Store};
+use sketchmatch::webhooks::Host;
 use sketchmatch::{http, store, worker};
 
 /// Where everything is kept: the same for every node.
@@ -65,6 +66,9 @@ pub struct WorkerOptions {
     /// How long answers under an Idempotency-Key are kept, up to a day.
     #[arg(long, env = "SKETCHMATCH_KEEP_ANSWERS", default_value = "24h", value_parser = humantime::parse_duration)]
     pub keep_answers: Duration,
+    /// Host that may be told of the ends of jobs, with its port where that is not 443; may be repeated.
+    #[arg(long = "webhook-host", env = "SKETCHMATCH_WEBHOOK_HOST", value_delimiter = ',')]
+    pub webhook_hosts: Vec<Host>,
     /// Memory that jobs running on this node may take together, as estimated; one that takes more runs alone.
     #[arg(long, env = "SKETCHMATCH_MAX_JOBS_MEMORY", default_value_t = ByteSize(worker::Config::default().memory))]
     pub max_jobs_memory: ByteSize,
@@ -86,7 +90,8 @@ impl WorkerOptions {
             answers: Some(self.keep_answers),
         };
         let (workers, memory) = (self.workers.map_or(default.workers, usize::from), self.max_jobs_memory.as_u64());
-        worker::Config { workers, longest_job, memory, retention, ..default }
+        let webhook_hosts = self.webhook_hosts.clone().into();
+        worker::Config { workers, longest_job, memory, retention, webhook_hosts, ..default }
     }
 }
 
@@ -142,7 +147,7 @@ pub struct ServeOptions {
     /// Ask nobody for a key, also on an address that is not loopback.
     #[arg(long, env = "SKETCHMATCH_NO_AUTH", conflicts_with = "api_keys")]
     pub no_auth: bool,
-    /// Address or name, and port, to answer /metrics on, to whoever reaches it.
+    /// Address or name, and port, to answer /metrics, /healthz and /readyz on, to whoever reaches it.
     #[arg(long, env = "SKETCHMATCH_METRICS_LISTEN", value_parser = Listen::resolve)]
     pub metrics_listen: Option<Listen>,
     #[command(flatten)]
@@ -196,7 +201,7 @@ pub struct Listen {
 }
 
 impl Listen {
-    fn resolve(text: &str) -> Result<Listen, String> {
+    pub fn resolve(text: &str) -> Result<Listen, String> {
         let addresses = text.to_socket_addrs().map_err(|error| format!("{error}; an example is localhost:8080"))?;
         Ok(Listen { text: text.to_owned(), addresses: addresses.collect() })
     }
@@ -267,6 +272,7 @@ impl ServeOptions {
             max_eigenpairs: self.max_eigenpairs,
             max_job_memory: bytes(self.max_job_memory),
             max_queue: self.max_queue,
+            webhook_hosts: self.worker.webhook_hosts.clone().into(),
             ..http::Config::default()
         }
     }

@@ -75,6 +75,14 @@ pub mod fitting;
 #[cfg(feature = "service")]
 pub mod access;
 
+/// Of which trace a piece of work is part.
+#[cfg(feature = "service")]
+pub mod traces;
+
+/// Calls that tell others of the end of a job: to whom they may go, how they are signed and made.
+#[cfg(feature = "service")]
+pub mod webhooks;
+
 /// All SQL and all blobs: shapes, the queue with its leases, cached spectra, results.
 #[cfg(feature = "service")]
 pub mod store;

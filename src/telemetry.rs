@@ -3,6 +3,9 @@
 //! The log goes to standard error by a thread of its own. Where nobody takes it (a reader that stalls or has gone, a full
 //! device) lines are dropped and counted, and the work goes on.
 
+#[cfg(feature = "otel")]
+mod spans;
+
 use std::env;
 use std::io::{self, IsTerminal, Write, stderr};
 use std::panic;
@@ -38,6 +41,8 @@ pub enum LogFormat {
 /// The log of the process. Dropped, it writes what waits, for a second at most.
 pub struct Log {
     losses: Losses,
+    #[cfg(feature = "otel")]
+    _spans: Option<spans::Exporter>,
     _writer: WorkerGuard,
 }
 
@@ -78,8 +83,19 @@ pub fn log(filter: &str, format: LogFormat) -> anyhow::Result<Log> {
         LogFormat::Text => lines.boxed(),
         LogFormat::Json => lines.json().flatten_event(true).boxed(),
     };
-    registry().with(lines.with_filter(filter)).try_init().context("the log cannot be opened")?;
-    Ok(Log { losses, _writer: guard })
+    let subscriber = registry().with(lines.with_filter(filter));
+    #[cfg(feature = "otel")]
+    let (subscriber, _spans) = {
+        let (layer, exporter) = spans::layer()?.unzip();
+        (subscriber.with(layer), exporter)
+    };
+    subscriber.try_init().context("the log cannot be opened")?;
+    Ok(Log {
+        losses,
+        #[cfg(feature = "otel")]
+        _spans,
+        _writer: guard,
+    })
 }
 
 /// Standard error, which never fails: lines that it does not take are counted.

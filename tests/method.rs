@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde_json::{Value, json};
 use sketchmatch::correspondence::{functional_map, points};
 use sketchmatch::evaluation::measures::mean;
-use sketchmatch::evaluation::pairs::Truth;
+use sketchmatch::evaluation::truth::Truth;
 use sketchmatch::example;
 use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::mesh::file_mesh::FileMesh;

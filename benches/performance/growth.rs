@@ -9,7 +9,7 @@ use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::Unwatched;
 
 use crate::table::{Reach, Sample, Table, cpu, timed};
-use crate::{pen, shapes, stages};
+use crate::{known, pen, shapes};
 
 /// The argument that makes a process such a child; the stage and the size follow.
 pub const CHILD: &str = "--one-size";
@@ -43,7 +43,7 @@ fn of_mesh(stage: &str, frequency: usize) -> Sample {
         timed(|| import(file.as_bytes(), Format::Obj, &limits).expect("the body can be mended"))
     };
     match stage {
-        "eigenpairs" => timed(|| stages::eigenpairs(&mesh, 50)),
+        "eigenpairs" => timed(|| known::eigenpairs(&mesh, 50)),
         "mending" => mended(mesh.triangles().len()),
         "mending to a quarter" => mended(mesh.triangles().len() / 4),
         _ => Sample::new(vec![{

@@ -7,7 +7,7 @@ use sketchmatch::posing::request::PoseRequest;
 use sketchmatch::posing::{self, basis};
 use sketchmatch::sketch::Sketch;
 
-use crate::stages::Match;
+use crate::known::Match;
 use crate::table::{Reach, Table, timed};
 
 const HANDLES: usize = 10;

@@ -1,7 +1,5 @@
 //! The stages of a match on one thread.
 
-use std::sync::Arc;
-
 use faer::MatRef;
 use sketchmatch::alignment::prepared::PreparedMesh;
 use sketchmatch::correspondence::{points, zoomout};
@@ -13,28 +11,19 @@ use sketchmatch::functional_map::regulariser::Regulariser;
 use sketchmatch::functional_map::solve::solve;
 use sketchmatch::functional_map::weights::{Weights, weights};
 use sketchmatch::mesh::TriangleMesh;
-use sketchmatch::mesh::file_mesh::FileMesh;
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::mesh::validation::import;
 use sketchmatch::numerics::{Cancelled, Unwatched, Watch};
-use sketchmatch::pipeline::outcome::MatchResult;
-use sketchmatch::pipeline::{self, Computing, Preparations, Settings, Spectra, Stage, Surroundings, Watcher};
 use sketchmatch::regions::Regions;
 use sketchmatch::sketch::Sketch;
-use sketchmatch::spectral::laplacian::Lumping;
-use sketchmatch::spectral::{self, Boundary, SpectralError, Spectrum};
+use sketchmatch::spectral::Spectrum;
 
+use crate::known::{Match, eigenpairs};
 use crate::table::{Reach, Table, timed};
 use crate::{pen, posing, shapes};
 
 const REGIONS: usize = 7;
 const COMPONENTS: usize = 100;
-const SEEN: &str = "a body of the bench has a spectrum";
-
-/// Exactly k pairs, factorisation included.
-pub fn eigenpairs(mesh: &TriangleMesh, k: usize) -> Spectrum {
-    spectral::spectrum_with(mesh, Lumping::Mixed, k, Boundary::Neumann, &Unwatched).expect(SEEN)
-}
 
 /// All rows of one thread but growth.
 pub fn rows(table: &Table) {
@@ -119,29 +108,6 @@ fn scribbles(table: &Table) {
     }
 }
 
-/// Matches with a mesh that is known.
-pub struct Match {
-    known: Known,
-    settings: Settings,
-    file: FileMesh,
-}
-
-impl Match {
-    pub fn of(mesh: &TriangleMesh, preset: &str) -> Match {
-        let request = serde_json::json!({"mesh": "m", "sketch": "s", "preset": preset});
-        let request = serde_json::from_value(request).expect("a request");
-        let settings = Settings::resolve(&request).expect("a preset is in range");
-        Match { known: Known::of(mesh, preset == "automatic"), settings, file: mesh.clone().into() }
-    }
-
-    pub fn run(&self, sketch: &Sketch) -> MatchResult {
-        let Match { known, settings, file } = self;
-        let surroundings =
-            Surroundings { spectra: known, preparations: known, watcher: &Nobody, clock: &|| 0.0, preview: None };
-        pipeline::run(sketch, file, settings, &surroundings).expect("the body can be matched")
-    }
-}
-
 /// The coefficients of every region's descriptors, k × 200 each.
 fn descriptors(spectrum: &Spectrum, common: &[f64], regions: &Regions) -> Vec<faer::Mat<f64>> {
     let heat = heat_kernel::filters(&spectrum.eigenvalues, &heat_kernel::times(common, COMPONENTS));
@@ -157,48 +123,4 @@ fn strips(mesh: &TriangleMesh) -> Regions {
     let (low, high) = mesh.positions().iter().map(along).fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
     let label = |p| ((along(p) - low) / (high - low) * REGIONS as f64).min(REGIONS as f64 - 1.0) as i32;
     Regions::new(mesh.positions().iter().map(label).collect()).expect("seven labels are in range")
-}
-
-/// A mesh whose spectrum and preparation are at hand; a sketch's are computed.
-struct Known {
-    vertices: usize,
-    spectrum: Arc<Spectrum>,
-    prepared: Option<Arc<PreparedMesh>>,
-}
-
-impl Known {
-    fn of(mesh: &TriangleMesh, prepared: bool) -> Known {
-        let prepare = || Arc::new(PreparedMesh::new(mesh, &Unwatched).expect("nobody cancels"));
-        let spectrum = Arc::new(eigenpairs(mesh, 20));
-        Known { vertices: mesh.positions().len(), spectrum, prepared: prepared.then(prepare) }
-    }
-}
-
-impl Spectra for Known {
-    fn spectrum(
-        &self,
-        mesh: &TriangleMesh,
-        k: usize,
-        boundary: Boundary,
-        watch: &dyn Watch,
-    ) -> Result<Arc<Spectrum>, SpectralError> {
-        if mesh.positions().len() == self.vertices {
-            return Ok(self.spectrum.clone());
-        }
-        Computing.spectrum(mesh, k, boundary, watch)
-    }
-}
-
-impl Preparations for Known {
-    fn prepared(&self, mesh: &TriangleMesh, watch: &dyn Watch) -> Result<Arc<PreparedMesh>, Cancelled> {
-        self.prepared.clone().map_or_else(|| Computing.prepared(mesh, watch), Ok)
-    }
-}
-
-struct Nobody;
-
-impl Watcher for Nobody {
-    fn proceed(&self, _stage: Stage, _fraction: f64) -> Result<(), Cancelled> {
-        Ok(())
-    }
 }

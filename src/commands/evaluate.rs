@@ -9,7 +9,7 @@ use clap::Args;
 use super::matching::reasons;
 use super::output::Output;
 use super::{printed, read};
-use sketchmatch::evaluation::pairs::Truth;
+use sketchmatch::evaluation::truth::Truth;
 use sketchmatch::evaluation::{Evaluation, Known};
 use sketchmatch::export::evaluation::{csv, plot_of};
 use sketchmatch::intake::{self, Fault, Untaken, json};

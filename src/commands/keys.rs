@@ -10,6 +10,7 @@ use crate::config::StoreOptions;
 use sketchmatch::access::key_file::time;
 use sketchmatch::access::{Key, Scopes, Tenant};
 use sketchmatch::store::{KeyRow, Keys};
+use sketchmatch::webhooks::secret_as_text;
 
 #[derive(Debug, Args)]
 pub struct KeysOptions {
@@ -48,6 +49,17 @@ enum Command {
         /// The id of the key, from the list.
         id: String,
     },
+    /// Prints what calls that tell of the end of a tenant's jobs are signed with.
+    Webhook {
+        #[command(flatten)]
+        store: StoreOptions,
+        /// Whose jobs.
+        #[arg(long, env = "SKETCHMATCH_TENANT", default_value_t)]
+        tenant: Tenant,
+        /// Make a new one first; the old one signs nothing from then on.
+        #[arg(long)]
+        renew: bool,
+    },
     /// Makes a key for what another opens, which ends a while later.
     Rotate {
         #[command(flatten)]
@@ -84,6 +96,7 @@ impl KeysOptions {
             Command::Add { store, .. }
             | Command::List { store }
             | Command::Revoke { store, .. }
+            | Command::Webhook { store, .. }
             | Command::Rotate { store, .. } => store,
         }
     }
@@ -106,6 +119,7 @@ async fn carry_out(keys: &Keys, command: Command) -> anyhow::Result<()> {
             ensure!(keys.revoke(&id).await?, "there is no key {id} that was not revoked before");
             Ok(())
         }
+        Command::Webhook { tenant, renew, .. } => printed(&secret_as_text(&keys.webhook_secret(&tenant, renew).await?)),
         Command::Rotate { id, overlap, .. } => {
             let old = keys.key(&id).await?.filter(|key| key.revoked_ms.is_none());
             let old = old.with_context(|| format!("there is no key {id} that was not revoked before"))?;

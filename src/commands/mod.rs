@@ -97,7 +97,7 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     match command {
         Command::Serve(options) => serve::run(&options, &log),
         Command::Keys(options) => keys::run(options),
-        Command::Work(options) => work::run(&options),
+        Command::Work(options) => work::run(&options, &log),
         Command::Sweep(options) => sweep::run(&options),
         Command::Match(options) => matching::run(&options),
         Command::Read(options) => reading::run(&options),

@@ -63,7 +63,7 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn listener(address: &Listen) -> anyhow::Result<TcpListener> {
+pub(super) async fn listener(address: &Listen) -> anyhow::Result<TcpListener> {
     TcpListener::bind(address.addresses()).await.with_context(|| format!("listening on {address}"))
 }
 

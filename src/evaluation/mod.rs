@@ -5,13 +5,15 @@ pub mod labels;
 pub mod measures;
 pub mod pairs;
 pub mod regions;
+pub mod truth;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::mesh::file_mesh::FileMesh;
 use labels::{Labels, LabelsEvaluation};
-use pairs::{PairsEvaluation, Truth};
+use pairs::PairsEvaluation;
+use truth::Truth;
 
 /// What is known of how a sketch and a mesh correspond.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

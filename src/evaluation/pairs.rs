@@ -6,52 +6,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::Fault;
 use super::measures::{Measures, mean, thresholds, unbounded};
+use super::truth::Truth;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::Unwatched;
-
-/// The vertex of a point whose truth is not known.
-const UNKNOWN: i64 = -1;
-/// Points of a truth at most.
-const MAX_POINTS: usize = 10_000;
-/// Ways to read it at most.
-const MAX_VARIANTS: usize = 16;
-/// Vertices that the fronts of all answers pass at most: some tens of seconds' work.
-const MAX_PASSED: usize = 50_000_000;
-
-/// The true correspondence of p points of a sketch. What else a file says is passed over.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Truth {
-    /// Whether the view is from the side, so that half of the mesh is seen: errors are in units of √(area / 2) then, else
-    /// of √area.
-    pub side: bool,
-    /// p points in the coordinates of the sketch.
-    #[schema(schema_with = points_schema)]
-    pub points: Vec<[f64; 2]>,
-    /// For each way the drawing can be read the p vertices of the user's file, −1 where one is not known. A silhouette cannot
-    /// tell front from back nor left from right: `front`, `front_mirrored`, `back` and `back_mirrored`.
-    #[schema(schema_with = variants_schema)]
-    pub variants: BTreeMap<String, Vec<i64>>,
-}
-
-fn points_schema() -> utoipa::openapi::schema::ArrayBuilder {
-    use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
-    let coordinate = ObjectBuilder::new().schema_type(Type::Number);
-    let point = ArrayBuilder::new().items(coordinate).min_items(Some(2)).max_items(Some(2));
-    ArrayBuilder::new().items(point).min_items(Some(1)).max_items(Some(MAX_POINTS))
-}
-
-fn variants_schema() -> utoipa::openapi::schema::ObjectBuilder {
-    use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
-    let vertex = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(UNKNOWN)).maximum(Some(u32::MAX));
-    let vertices = ArrayBuilder::new().items(vertex).min_items(Some(1)).max_items(Some(MAX_POINTS));
-    ObjectBuilder::new()
-        .schema_type(Type::Object)
-        .additional_properties(Some(vertices))
-        .description(Some("A list for each way the drawing can be read; 1 to 16 of them."))
-}
 
 /// Errors of an answer at the points of a truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -116,51 +75,6 @@ impl Errors {
 }
 
 impl Truth {
-    /// What is wrong with it for a mesh of so many vertices.
-    pub fn faults(&self, vertices: usize) -> Vec<Fault> {
-        let mut faults = Vec::new();
-        let p = self.points.len();
-        if !(1..=MAX_POINTS).contains(&p) {
-            faults.push(Fault::new("/pairs/points", format!("must be 1 to {MAX_POINTS} points, are {p}")));
-        }
-        if !(1..=MAX_VARIANTS).contains(&self.variants.len()) {
-            let detail = format!("must be 1 to {MAX_VARIANTS}, are {}", self.variants.len());
-            faults.push(Fault::new("/pairs/variants", detail));
-        }
-        for (name, truth) in &self.variants {
-            let pointer = format!("/pairs/variants/{}", name.replace('~', "~0").replace('/', "~1"));
-            if truth.len() != p {
-                let detail = format!("must have a vertex for each of the {p} points, has {}", truth.len());
-                faults.push(Fault::new(&pointer, detail));
-            }
-            let there = |vertex: i64| vertex == UNKNOWN || usize::try_from(vertex).is_ok_and(|v| v < vertices);
-            if let Some((i, vertex)) = truth.iter().enumerate().find(|(_, vertex)| !there(**vertex)) {
-                let detail = format!("there is no vertex {vertex}, the mesh has {vertices}");
-                faults.push(Fault::new(format!("{pointer}/{i}"), detail));
-            } else if truth.iter().all(|&vertex| vertex == UNKNOWN) && !truth.is_empty() {
-                faults.push(Fault::new(&pointer, "no vertex is known"));
-            }
-        }
-        let passed = vertices.saturating_mul(p);
-        if faults.is_empty() && passed > MAX_PASSED {
-            let most = MAX_PASSED / vertices.max(1);
-            let detail =
-                format!("{p} points are too many on a mesh of {vertices} vertices: up to {most} can be judged");
-            faults.push(Fault::new("/pairs/points", detail));
-        }
-        faults
-    }
-
-    /// For every point the answer of the correspondence that is nearest in the plane; ties go to the first. `at` and `to`
-    /// are the places and the vertices of the correspondences; without any there is no answer.
-    pub fn answers(&self, at: &[[f64; 2]], to: &[u32]) -> Vec<u32> {
-        let squared = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
-        let nearest = |&point: &[f64; 2]| {
-            at.iter().zip(to).min_by(|(a, _), (b, _)| squared(**a, point).total_cmp(&squared(**b, point)))
-        };
-        self.points.iter().filter_map(nearest).map(|(_, &vertex)| vertex).collect()
-    }
-
     /// The errors of p answers, vertices of the file in the order of the points: geodesic distances on the mesh in units of
     /// √area, of √(area / 2) where one side is seen.
     ///
@@ -254,6 +168,7 @@ impl<'a> Judge<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::truth::tests::truth;
     use crate::mesh::TriangleMesh;
 
     /// A strip of n unit squares along the x-axis, cut by diagonals: vertex 2i at (i, 0), vertex 2i + 1 at (i, 1).
@@ -261,17 +176,6 @@ mod tests {
         let positions = (0..=n).flat_map(|i| [[f64::from(i), 0.0, 0.0], [f64::from(i), 1.0, 0.0]]).collect();
         let triangles = (0..n).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]]).collect();
         TriangleMesh::new(positions, triangles).unwrap().into()
-    }
-
-    fn truth(side: bool) -> Truth {
-        let variants = [
-            ("front", vec![0, 4, 8]),
-            ("front_mirrored", vec![1, 5, 9]),
-            ("back", vec![16, 4, 0]),
-            ("back_mirrored", vec![17, 5, 1]),
-        ];
-        let variants = variants.map(|(name, truth)| (name.to_owned(), truth)).into();
-        Truth { side, points: vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], variants }
     }
 
     #[test]
@@ -312,30 +216,5 @@ mod tests {
         assert_eq!((found.best.as_str(), found.coherent.count, found.coherent.mean), ("other", 1, 0.0));
         assert_eq!((found.pointwise.count, found.pointwise.mean), (3, 0.0));
         assert!(found.points[0].coherent.is_nan() && found.points[0].pointwise == 0.0);
-    }
-
-    #[test]
-    fn a_point_is_answered_by_the_nearest_correspondence() {
-        let at = [[0.1, 0.0], [0.9, 0.3], [9.0, 9.0]];
-        assert_eq!(truth(false).answers(&at, &[5, 6, 7]), [5, 6, 6]);
-    }
-
-    #[test]
-    fn what_a_truth_has_wrong_is_named() {
-        let faults = |change: &dyn Fn(&mut Truth)| -> Vec<String> {
-            let mut truth = truth(false);
-            change(&mut truth);
-            truth.faults(18).into_iter().map(|fault| fault.pointer).collect()
-        };
-        assert_eq!(faults(&|_| ()), [""; 0]);
-        assert_eq!(faults(&|t| t.variants.clear()), ["/pairs/variants"]);
-        assert_eq!(faults(&|t| t.variants.get_mut("back").unwrap()[1] = 18), ["/pairs/variants/back/1"]);
-        assert_eq!(faults(&|t| t.variants.get_mut("back").unwrap()[2] = -2), ["/pairs/variants/back/2"]);
-        assert_eq!(faults(&|t| t.variants.get_mut("front").unwrap().truncate(2)), ["/pairs/variants/front"]);
-        assert_eq!(faults(&|t| *t.variants.get_mut("front").unwrap() = vec![-1; 3]), ["/pairs/variants/front"]);
-        assert_eq!(faults(&|t| drop(t.variants.insert("a/b".to_owned(), vec![]))), ["/pairs/variants/a~1b"]);
-        let many =
-            Truth { points: vec![[0.0; 2]; 9_000], variants: [("a".to_owned(), vec![0; 9_000])].into(), side: true };
-        assert_eq!(many.faults(6_000)[0].pointer, "/pairs/points");
     }
 }

@@ -1,6 +1,6 @@
 //! Corresponding regions made of a truth, in place of a hand that pairs them.
 
-use super::pairs::Truth;
+use super::truth::Truth;
 use crate::mesh::TriangleMesh;
 use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::file_mesh::FileMesh;

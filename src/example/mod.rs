@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 pub use silhouette::Silhouette;
 pub use view::View;
 
-use crate::evaluation::pairs::Truth;
+use crate::evaluation::truth::Truth;
 use crate::mesh::TriangleMesh;
 use crate::mesh::refusal::Refusal;
 use body::Body;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::body::Body;
 use super::silhouette::Silhouette;
 use super::view::{FRAME, Projection, View};
-use crate::evaluation::pairs::Truth;
+use crate::evaluation::truth::Truth;
 use crate::geometry::{dot, doubled_area, subtract};
 use crate::mesh::TriangleMesh;
 

@@ -8,8 +8,9 @@ use serde_json::{Map, Value, json};
 
 use super::kept::Kept;
 use super::matrix::Combination;
-use crate::evaluation::pairs::{Judge, PairsEvaluation, Truth};
+use crate::evaluation::pairs::{Judge, PairsEvaluation};
 use crate::evaluation::regions;
+use crate::evaluation::truth::Truth;
 use crate::fitting::{Unreadable, cases};
 use crate::mesh::file_mesh::FileMesh;
 use crate::numerics::{Cancelled, side_by_side};

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::Unreadable;
-use crate::evaluation::pairs;
+use crate::evaluation::truth;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::formats::{Format, Limits};
 use crate::mesh::validation::import;
@@ -31,7 +31,7 @@ pub struct Case {
 /// What is known of how a sketch and a mesh correspond.
 pub enum Truth {
     /// Points, and their vertices in each way a silhouette can be read.
-    Dense(pairs::Truth),
+    Dense(truth::Truth),
     /// Points, and the vertices that are right for each.
     Landmarks(Vec<([f64; 2], Vec<u32>)>),
 }
@@ -176,7 +176,7 @@ impl Truth {
             (0..places.len()).min_by(|&a, &b| squared(&places[a]).total_cmp(&squared(&places[b]))).unwrap_or(0)
         };
         match self {
-            Truth::Dense(pairs::Truth { side, points, variants }) => {
+            Truth::Dense(truth::Truth { side, points, variants }) => {
                 let nearest: Vec<usize> = points.iter().map(nearest).collect();
                 let scale = if *side { 0.5f64.sqrt() } else { 1.0 };
                 let errors = |variant: &Vec<i64>| -> Vec<(usize, f64)> {

@@ -14,11 +14,11 @@ use utoipa::IntoParams;
 use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::preference::Wait;
-use super::problem::Problem;
+use super::problem::{Fault, Problem};
 use super::query::Query;
 use super::resource::{LOOK_AGAIN, Resource, address, described};
 use super::{App, PREFERENCE_APPLIED, Service, shapes};
-use crate::store::{Job, MEMORY, NewJob, Unkept};
+use crate::store::{Job, MEMORY, NewJob, Priority, Unkept};
 
 /// What a job is asked for with beside its request.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -28,6 +28,13 @@ pub struct JobQuery {
     /// A name to list it under.
     #[param(max_length = 200)]
     name: Option<String>,
+    /// `batch` comes after what somebody waits for, `interactive`.
+    #[serde(default)]
+    #[param(inline)]
+    priority: Priority,
+    /// Address that is told when the job ends, `https://` at one of the hosts this server may call; docs/service.md has how.
+    #[param(max_length = 2000)]
+    webhook: Option<String>,
 }
 
 /// A request for a job, as it came.
@@ -56,6 +63,8 @@ pub struct Submission {
     pub body: Arc<JsonBody>,
     name: Option<String>,
     dedupe: Option<String>,
+    priority: Priority,
+    webhook: Option<String>,
 }
 
 /// The answer to a request for a job that `submitted` puts into the queue: carried out once under its key, and waited for
@@ -69,17 +78,30 @@ where
     F: Future<Output = Result<Answer, Problem>>,
 {
     let Asked { query, key, wait, body } = asked;
-    let name = shapes::name(query.name, None)?;
+    let name = shapes::name(query.name.clone(), None)?;
+    let JobQuery { priority, webhook, .. } = query;
+    if let Some(Err(reason)) = webhook.as_deref().map(|address| app.config.webhook_hosts.address(address)) {
+        let fault = Fault::in_query("webhook", reason);
+        return Err(Problem::refused("nobody can be told of the end of the job as asked", vec![fault]));
+    }
     let body = Arc::new(body);
     let (printed, named, call) = (body.clone(), name.clone().unwrap_or_default(), format!("POST {}", T::PATH));
-    let print = app.off_runtime(move || fingerprint(&call, &[&printed.bytes, named.as_bytes()])).await?;
-    let submission = Submission { body, name, dedupe: key.dedupe(&print) };
+    let told = webhook.clone();
+    let print = move || {
+        let parts = [&printed.bytes, named.as_bytes()].into_iter().chain(told.as_deref().map(str::as_bytes));
+        fingerprint(&call, &parts.collect::<Vec<_>>())
+    };
+    let print = app.off_runtime(print).await?;
+    let submission = Submission { body, name, dedupe: key.dedupe(&print), priority, webhook };
     let answer = key.once(&app.store, &print, submitted(submission)).await?;
     let location = answer.location.clone().unwrap_or_default();
     let Some(patience) = wait.duration() else { return Ok(accepted(answer)) };
     let id = location.trim_start_matches(T::PATH).trim_start_matches('/');
-    let mut response = match finished(app, id, patience).await? {
-        Some(job) => Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response(),
+    let mut response = match waited_for(app, id, patience).await? {
+        Some(job) if job.state.finished() => {
+            Answer::json(StatusCode::OK, Some(location), &described::<T>(app, job).await?)?.into_response()
+        }
+        Some(job) => accepted(Answer::json(StatusCode::ACCEPTED, Some(location), &described::<T>(app, job).await?)?),
         None => accepted(answer),
     };
     let applied = wait.0.and_then(|seconds| HeaderValue::try_from(format!("wait={seconds}")).ok());
@@ -94,20 +116,18 @@ fn accepted(answer: Answer) -> Response {
     response
 }
 
-/// The job once it is finished; nothing where that takes longer than `patience` or the server stops.
-async fn finished(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
+/// The job once it is finished, or as it is when `patience` is at its end or the server stops; nothing where it was deleted.
+async fn waited_for(app: &App, id: &str, patience: Duration) -> Result<Option<Job>, Problem> {
     let deadline = Instant::now() + patience;
     let mut changes = app.store.job_changes(id);
+    let mut waits = true;
     loop {
         let job = app.store.job(id).await?;
-        match job {
-            Some(job) if job.state.finished() => return Ok(Some(job)),
-            Some(_) => {}
-            None => return Ok(None),
+        let unfinished = job.as_ref().is_some_and(|job| !job.state.finished());
+        if !(waits && unfinished) {
+            return Ok(job);
         }
-        if timeout_at(deadline, app.change(&mut changes)).await != Ok(true) {
-            return Ok(None);
-        }
+        waits = timeout_at(deadline, app.change(&mut changes)).await == Ok(true);
     }
 }
 
@@ -120,6 +140,8 @@ pub async fn queued<T: Resource>(
     drawn: Option<Unkept>,
 ) -> Result<Answer, Problem> {
     let (name, dedupe) = (submission.name.as_deref(), submission.dedupe.as_deref());
-    let job = app.queued(&NewJob { name, dedupe, taken_for: MEMORY, ..job }, drawn).await?;
+    let (priority, webhook) = (submission.priority, submission.webhook.as_deref());
+    let job = NewJob { name, dedupe, priority, webhook, taken_for: MEMORY, ..job };
+    let job = app.queued(&job, drawn).await?;
     Answer::json(StatusCode::ACCEPTED, Some(address::<T>(&job.id)), &described::<T>(app, job).await?)
 }

@@ -1,23 +1,19 @@
-//! What shapes are described by, to be looked at: eigenfunctions, signatures, segmentations, the shape rebuilt of its first
-//! eigenfunctions.
+//! What shapes are described by, to be looked at: eigenfunctions and signatures.
 
 use axum::http::HeaderMap;
 use axum::response::Response;
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use serde::Deserialize;
+use utoipa::IntoParams;
 
 use super::App;
 use super::pictures::{GLB, PNG, width};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
+use super::representation::{NPY, SAFETENSORS, Wanted};
 use super::spectra::{Asked, Found};
 use crate::descriptors::functions::{Kind as Function, Sampling};
-use crate::export::{Unwritten, functions};
-use crate::numerics::Unwatched;
-use crate::pipeline::segmented;
-use crate::regions::MAX_REGIONS;
-use crate::spectral::{Boundary, rebuilt};
+use crate::export::functions;
+use crate::spectral::Boundary;
 use crate::store::Kind;
 
 /// Bytes of functions in one answer.
@@ -27,7 +23,7 @@ const LARGEST_ANSWER: usize = 1 << 30;
 const MOST_COMPONENTS: usize = 1000;
 
 /// Pixels across, where nobody asks for others.
-const WIDTH: u32 = 600;
+pub(super) const WIDTH: u32 = 600;
 
 /// Which functions of a shape, and how they are to come.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
@@ -150,177 +146,4 @@ fn sampling(query: &FunctionsQuery) -> Result<Sampling, Problem> {
     } else {
         Err(Problem::refused("there are no such functions", faults))
     }
-}
-
-/// How a shape is segmented.
-#[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
-pub struct SegmentsQuery {
-    /// Regions at most; 7 where it is not given.
-    #[param(minimum = 1, maximum = 64)]
-    regions: Option<usize>,
-    /// Eigenpairs; 20 where it is not given.
-    #[param(minimum = 1, maximum = 1000000)]
-    k: Option<usize>,
-    boundary: Option<Boundary>,
-    /// Pixels of a picture; 600 where it is not given.
-    #[param(minimum = 100, maximum = 4000)]
-    width: Option<u32>,
-}
-
-/// A shape in regions.
-#[derive(Debug, Serialize, ToSchema)]
-pub struct Segmentation {
-    /// How many regions were found.
-    regions: usize,
-    /// For every vertex of the user's file its region, from 0 by descending area; −1 is in none.
-    labels: Vec<i32>,
-}
-
-/// Answers the consensus segmentation of a mesh, as a match without an alignment finds it.
-///
-/// JSON holds the labels; `model/gltf-binary` and `image/png` show them as colours. Where the spectrum is not known yet it is queued: ask again.
-#[utoipa::path(
-    get, path = "/v1/meshes/{id}/segmentation", operation_id = "read_mesh_segmentation", tag = "meshes", params(("id" = String, Path), SegmentsQuery),
-    responses(
-        (status = 200, description = "the regions", content((Segmentation = "application/json"), ("model/gltf-binary"), ("image/png"))),
-        (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 304, description = "unchanged"),
-    ),
-)]
-pub async fn segments_of_mesh(
-    app: App,
-    Id(id): Id,
-    Query(query): Query<SegmentsQuery>,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    segments(&app, Kind::Mesh, id, query, headers).await
-}
-
-/// Answers the consensus segmentation of a sketch, as that of a mesh.
-#[utoipa::path(
-    get, path = "/v1/sketches/{id}/segmentation", operation_id = "read_sketch_segmentation", tag = "sketches", params(("id" = String, Path), SegmentsQuery),
-    responses(
-        (status = 200, description = "the regions", content((Segmentation = "application/json"), ("model/gltf-binary"), ("image/png"))),
-        (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 304, description = "unchanged"),
-    ),
-)]
-pub async fn segments_of_sketch(
-    app: App,
-    Id(id): Id,
-    Query(query): Query<SegmentsQuery>,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    segments(&app, Kind::Sketch, id, query, headers).await
-}
-
-async fn segments(
-    app: &App,
-    kind: Kind,
-    id: String,
-    query: SegmentsQuery,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    let wanted = Wanted::negotiated(headers, &[JSON, GLB, PNG])?;
-    let count = query.regions.unwrap_or(7);
-    if !(1..=MAX_REGIONS).contains(&count) {
-        let fault = Fault::in_query("regions", format!("must be 1 to {MAX_REGIONS}, is {count}"));
-        return Err(Problem::refused("there is no such segmentation", vec![fault]));
-    }
-    let wide = width(query.width, WIDTH)?;
-    let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
-    let (spectrum, figure, mesh) = match asked.found(app).await? {
-        Found::Spectrum(found) => *found,
-        Found::Pending(pending) => return Ok(pending),
-    };
-    let write = move |media_type| {
-        // Nobody watches, and so nobody cancels.
-        let regions =
-            segmented(&spectrum.at_unit_area(asked.k), count, &Unwatched).map_err(|error| error.to_string())?;
-        let labels = functions::labels(&regions, &figure);
-        let written = match media_type {
-            GLB => functions::labelled_glb(&labels, &mesh),
-            PNG => functions::labelled_png(&labels, &mesh, wide),
-            _ => serde_json::to_vec(&Segmentation { regions: regions.count(), labels })
-                .map(Into::into)
-                .map_err(Unwritten::from),
-        };
-        written.map_err(|error| error.to_string())
-    };
-    wanted.answer(app, write).await
-}
-
-/// What a shape is rebuilt of.
-#[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
-pub struct RebuiltQuery {
-    /// Eigenfunctions, the first k; 20 where it is not given.
-    #[param(minimum = 1, maximum = 1000000)]
-    k: Option<usize>,
-    boundary: Option<Boundary>,
-}
-
-/// Answers a mesh rebuilt of its first k eigenfunctions: its coordinates as far as they describe them.
-///
-/// `model/gltf-binary` holds the mesh with its vertices at these places, `application/x-npy` the places alone, a row per vertex. Vertices outside the largest component stay where they are. Where the spectrum is not known yet it is queued: ask again.
-#[utoipa::path(
-    get, path = "/v1/meshes/{id}/rebuilt", operation_id = "rebuild_mesh", tag = "meshes", params(("id" = String, Path), RebuiltQuery),
-    responses(
-        (status = 200, description = "the rebuilt shape", content(("model/gltf-binary"), ("application/x-npy"))),
-        (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 304, description = "unchanged"),
-    ),
-)]
-pub async fn rebuilt_mesh(
-    app: App,
-    Id(id): Id,
-    Query(query): Query<RebuiltQuery>,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    places(&app, Kind::Mesh, id, query, headers).await
-}
-
-/// Answers a sketch rebuilt of its first k eigenfunctions, as a mesh.
-#[utoipa::path(
-    get, path = "/v1/sketches/{id}/rebuilt", operation_id = "rebuild_sketch", tag = "sketches", params(("id" = String, Path), RebuiltQuery),
-    responses(
-        (status = 200, description = "the rebuilt shape", content(("model/gltf-binary"), ("application/x-npy"))),
-        (status = 202, description = "the spectrum is queued", body = super::spectra::PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 304, description = "unchanged"),
-    ),
-)]
-pub async fn rebuilt_sketch(
-    app: App,
-    Id(id): Id,
-    Query(query): Query<RebuiltQuery>,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    places(&app, Kind::Sketch, id, query, headers).await
-}
-
-async fn places(
-    app: &App,
-    kind: Kind,
-    id: String,
-    query: RebuiltQuery,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    let wanted = Wanted::negotiated(headers, &[GLB, NPY])?;
-    let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
-    let (spectrum, figure, mesh) = match asked.found(app).await? {
-        Found::Spectrum(found) => *found,
-        Found::Pending(pending) => return Ok(pending),
-    };
-    let write = move |media_type| {
-        let places = rebuilt::rebuilt(&spectrum.at_unit_area(asked.k), figure.mesh.positions());
-        let places = functions::placed(&places, &figure, &mesh);
-        match media_type {
-            NPY => Ok(functions::places_npy(&places)),
-            _ => functions::places_glb(places, &mesh),
-        }
-    };
-    wanted.answer(app, write).await
 }

@@ -85,6 +85,8 @@ fn unusable(what: &str, health: Result<Result<(), StoreError>, Elapsed>) -> Resu
 }
 
 const QUEUED: &str = "sketchmatch_jobs_queued";
+const OLDEST: &str = "sketchmatch_queue_age_seconds";
+const CALLS: &str = "sketchmatch_webhooks_waiting";
 const FREE: &str = "sketchmatch_disk_free_bytes";
 const READING: &str = "sketchmatch_reading_bytes";
 const BUILD: &str = "sketchmatch_build_info";
@@ -92,6 +94,8 @@ const BUILD: &str = "sketchmatch_build_info";
 /// Says what is measured here.
 pub(super) fn describe() {
     describe_gauge!(QUEUED, "Jobs that wait, by kind.");
+    describe_gauge!(OLDEST, "Seconds that the job has waited that waits longest, by kind.");
+    describe_gauge!(CALLS, "Calls that are still to tell of the end of a job.");
     describe_gauge!(
         FREE,
         "Bytes that are free on the disk of the data directory; not a number where nothing is kept on one."
@@ -114,7 +118,11 @@ pub(super) async fn measures(State(Service(app)): State<Service>) -> impl IntoRe
     for Kind { name, .. } in &KINDS {
         let queued = async { app.store.queued(name).await.map(|jobs| jobs as f64) };
         metrics::gauge!(QUEUED, "kind" => *name).set(told(queued).await);
+        let oldest = async { app.store.longest_wait(name).await.map(|wait| wait.as_secs_f64()) };
+        metrics::gauge!(OLDEST, "kind" => *name).set(told(oldest).await);
     }
+    let calls = async { app.store.webhooks_waiting().await.map(|calls| calls as f64) };
+    metrics::gauge!(CALLS).set(told(calls).await);
     let free = async { app.store.free_bytes().await.map(|bytes| bytes.map_or(f64::NAN, |bytes| bytes as f64)) };
     metrics::gauge!(FREE).set(told(free).await);
     metrics::gauge!(READING).set(app.reading_bytes() as f64);

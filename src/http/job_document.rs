@@ -9,7 +9,7 @@ use super::resource::{Resource, address};
 use super::timestamp::timestamp;
 use crate::jobs::Posing;
 use crate::pipeline::Settings;
-use crate::store::{Job, State};
+use crate::store::{Job, Priority, State};
 
 /// What is told of every job.
 #[derive(Debug, Serialize, ToSchema)]
@@ -21,6 +21,7 @@ pub struct JobDocument {
     pub mesh: String,
     pub sketch: String,
     pub status: Status,
+    pub priority: Priority,
     pub progress: Progress,
     /// Which it is of your own of its kind that wait, from 1, where it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,6 +81,7 @@ impl From<Job> for JobDocument {
             mesh: job.mesh.unwrap_or_default(),
             sketch: job.sketch.unwrap_or_default(),
             status: job.state.into(),
+            priority: job.priority,
             progress: Progress { stage: job.stage, fraction: job.fraction },
             place_in_queue: job.place,
             created_at: timestamp(job.created_ms),

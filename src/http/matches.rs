@@ -72,7 +72,7 @@ pub(super) async fn payload(
     };
     let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
     let up = mesh.as_ref().and_then(known_up);
-    let mesh = mesh.map(|mesh| mesh.vertices);
+    let mesh = mesh.map(|mesh| (mesh.vertices, mesh.matched));
     let config = app.config.clone();
     let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, &config, faults)).await??;
     if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
@@ -99,21 +99,20 @@ fn unfit(faults: Vec<Fault>) -> Problem {
     Problem::refused("the match cannot be carried out as asked", faults)
 }
 
-/// The request with every value filled in, for shapes of these many vertices.
+/// The request with every value filled in, for a sketch of these many vertices and a mesh of as many in its file and as many
+/// that are computed on.
 fn settings(
     request: &MatchRequest,
     sketch: Option<usize>,
-    mesh: Option<usize>,
+    mesh: Option<(usize, usize)>,
     config: &Config,
     mut faults: Vec<Fault>,
 ) -> Result<Settings, Problem> {
     let settings = Settings::resolve(request);
     if let Ok(settings) = &settings
-        && let (Some(sketch), Some(mesh)) = (sketch, mesh)
+        && let (Some(sketch), Some((mesh, matched))) = (sketch, mesh)
     {
         faults.extend(pipeline::check(settings, sketch, mesh).into_iter().map(Fault::from));
-        // Of more triangles the surface was made coarser, and has fewer vertices than these.
-        let matched = mesh.min(config.max_triangles);
         faults.extend(memory::faults(settings, sketch, matched, config.max_job_memory));
     }
     match settings {

@@ -36,11 +36,13 @@ mod poses;
 mod preference;
 mod problem;
 mod query;
+mod rebuilt;
 mod regularisers;
 mod representation;
 mod resource;
 mod results;
 mod security_headers;
+mod segmentation;
 mod shapes;
 mod sketches;
 mod spectra;
@@ -72,12 +74,14 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::access::{Grant, Signer};
 use crate::jobs;
 use crate::store::{Job, JobChanges, NewJob, Places, Store, StoreError, Submitted, Unkept};
+use crate::webhooks;
 use admission::{Admission, Door};
 use connections::Limits;
 use examples::Examples;
 pub use front_page::FrontPage;
 use host::Hosts;
 use limits::Pace;
+use observation::Trace;
 use origin::Origin;
 pub use preference::LONGEST_WAIT;
 use problem::Problem;
@@ -125,6 +129,8 @@ pub struct Config {
     pub max_job_memory: usize,
     /// Jobs that may wait.
     pub max_queue: usize,
+    /// Whom clients may have told of the ends of jobs.
+    pub webhook_hosts: webhooks::Hosts,
     /// The program whose processes read SVGs, see [`svg_reader`](crate::intake::svg_reader); where there is none they are read in this one.
     pub svg_reader: Option<PathBuf>,
     /// What is answered at `/`.
@@ -149,6 +155,7 @@ impl Default for Config {
             max_eigenpairs: 500,
             max_job_memory: 8 << 30,
             max_queue: 1000,
+            webhook_hosts: webhooks::Hosts::default(),
             svg_reader: None,
             front_page: FrontPage::built(),
         }
@@ -175,6 +182,8 @@ pub struct App {
     pace: Option<Arc<Pace>>,
     /// What signs addresses, once its secret was read.
     signer: Arc<OnceCell<Signer>>,
+    /// The trace that the request is part of.
+    trace: Option<Trace>,
 }
 
 /// What all are served with: an [`App`] comes of it with the tenant of a request.
@@ -187,7 +196,8 @@ impl FromRequestParts<Service> for App {
     async fn from_request_parts(parts: &mut Parts, Service(app): &Service) -> Result<App, Problem> {
         let grant = parts.extensions.get::<Grant>();
         let Grant { tenant, .. } = grant.ok_or_else(|| Problem::internal("nobody asked whose request this is"))?;
-        Ok(App { store: app.store.of(tenant), ..app.clone() })
+        let trace = parts.extensions.get::<Trace>().cloned();
+        Ok(App { store: app.store.of(tenant), trace, ..app.clone() })
     }
 }
 
@@ -218,6 +228,7 @@ impl App {
             process,
             examples: Examples::default(),
             signer: Arc::default(),
+            trace: None,
         }
     }
 
@@ -291,6 +302,7 @@ impl App {
         let queue = self.config.max_queue;
         let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
         let places = Places { queue, of_kind };
+        let job = &NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job };
         let _turn = self.may_take(shape.as_ref().map_or(0, Unkept::bytes), 1).await?;
         let submitted = match shape {
             Some(shape) => self.store.submit_with(shape, job, places).await?,
@@ -363,7 +375,8 @@ pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Answers the measures alone on `listener`, to whoever reaches it, until `app` is told to stop.
+/// Answers on `listener` what those want to know who watch, the measures and how it is, to whoever reaches it, until `app` is told
+/// to stop.
 ///
 /// # Errors
 /// What the listener said.
@@ -373,6 +386,8 @@ pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<
     let (shutdown, deadline) = (app.shutdown.clone(), app.config.request_deadline);
     let routes = Router::new()
         .route("/metrics", get(health::measures))
+        .route("/healthz", get(health::alive))
+        .route("/readyz", get(health::ready))
         .with_state(Service(app))
         .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
         .layer(map_response(problem::dressed))

@@ -1,5 +1,6 @@
 //! What is known of every request: its identifier, its trace, its log line and its metrics.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use axum::extract::{MatchedPath, Request};
@@ -8,6 +9,8 @@ use axum::middleware::Next;
 use axum::response::Response;
 use tracing::Instrument;
 use uuid::Uuid;
+
+use crate::traces;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_PARENT: HeaderName = HeaderName::from_static("traceparent");
@@ -18,6 +21,10 @@ const LONGEST_REQUEST_ID: usize = 128;
 const REQUESTS: &str = "sketchmatch_http_requests_total";
 const SECONDS: &str = "sketchmatch_http_request_seconds";
 
+/// The trace that a request is part of, for what it asks for.
+#[derive(Clone)]
+pub(super) struct Trace(pub Arc<str>);
+
 /// Says what is measured here.
 pub(super) fn describe() {
     metrics::describe_counter!(REQUESTS, "Requests that were answered, by method, route and status.");
@@ -25,7 +32,7 @@ pub(super) fn describe() {
 }
 
 /// Answers with `X-Request-Id` (the client's, or a new one) and the client's `traceparent`, and logs and counts.
-pub async fn observed(request: Request, next: Next) -> Response {
+pub async fn observed(mut request: Request, next: Next) -> Response {
     let started = Instant::now();
     let request_id = request_id(request.headers());
     let trace = trace_parent(request.headers());
@@ -38,6 +45,13 @@ pub async fn observed(request: Request, next: Next) -> Response {
         request_id = request_id.to_str().unwrap_or_default(),
         trace = trace.as_ref().and_then(|value| value.to_str().ok()),
     );
+    let parent = trace.as_ref().and_then(|value| value.to_str().ok());
+    if let Some(parent) = parent {
+        traces::join(&span, parent);
+    }
+    if let Some(within) = traces::of(&span).or_else(|| parent.map(str::to_owned)) {
+        request.extensions_mut().insert(Trace(within.into()));
+    }
     let mut response = next.run(request).instrument(span.clone()).await;
     let (status, seconds) = (response.status().as_u16(), started.elapsed().as_secs_f64());
     span.in_scope(|| tracing::info!(status, seconds, "answered"));

@@ -64,16 +64,16 @@ async fn task(app: &App, request: PoseRequest) -> Result<Posing, Problem> {
         );
         found.push(Fault::at_pointer("/sketch", detail));
     }
-    let vertices = app.store.shape(Kind::Mesh, &mesh).await?.map(|shape| shape.vertices);
+    let vertices = app.store.shape(Kind::Mesh, &mesh).await?.map(|shape| (shape.vertices, shape.matched));
     let frames = request.frames.as_ref().map_or(1, Vec::len);
-    if let Some(vertices) = vertices {
+    if let Some((vertices, matched)) = vertices {
         if frames.saturating_mul(vertices) > MAX_PLACES {
             let most = MAX_PLACES / vertices.max(1);
             let detail =
                 format!("{frames} frames of {vertices} vertices are too many for one answer: up to {most} fit");
             found.push(Fault::at_pointer("/frames", detail));
         }
-        let excess = memory::excess_of_pose(vertices, app.config.max_job_memory);
+        let excess = memory::excess_of_pose(matched, app.config.max_job_memory);
         found.extend(excess.map(|detail| Fault::at_pointer("/match", detail)));
     }
     let Some(flat) = app.store.sketch(&sketch).await? else {

@@ -17,7 +17,7 @@ use crate::intake::json;
 use crate::jobs::Task;
 use crate::pipeline::Settings;
 use crate::pipeline::request::MatchRequest;
-use crate::store::{MEMORY, NewJob};
+use crate::store::{MEMORY, NewJob, Priority};
 
 /// Values at most.
 const MOST: usize = 64;
@@ -45,7 +45,7 @@ pub struct Sweep {
 
 /// Asks for a match for each of several values of one member of the request.
 ///
-/// Every request is checked before any is queued. They are matches like others, each named after its value, to be followed and read by themselves.
+/// Every request is checked before any is queued. They are matches like others, each named after its value, to be followed and read by themselves; their priority is `batch`.
 #[utoipa::path(
     post, path = "/v1/sweeps", operation_id = "create_sweep", tag = "matches",
     params(("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key never makes the matches twice")),
@@ -79,7 +79,8 @@ async fn submitted(app: &App, body: Arc<JsonBody>) -> Result<Answer, Problem> {
     let mut queued = Vec::new();
     for (settings, payload, name) in &ready {
         let name: String = name.chars().take(super::shapes::LONGEST_NAME).collect();
-        let job = NewJob { name: Some(&name), taken_for: MEMORY, ..settings.job(payload) };
+        let priority = Priority::Batch;
+        let job = NewJob { name: Some(&name), taken_for: MEMORY, priority, ..settings.job(payload) };
         match app.queued(&job, None).await {
             Ok(job) => {
                 queued.push(job.id.clone());

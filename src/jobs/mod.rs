@@ -37,4 +37,5 @@ pub fn kind(name: &str) -> Option<&'static Kind> {
 /// Says what jobs measure of themselves.
 pub fn describe() {
     matching::describe();
+    once::describe();
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use metrics::{counter, describe_counter};
 use tokio::runtime::Handle;
 use tokio::time::sleep;
 
@@ -12,6 +13,42 @@ use crate::store::{Store, StoreError};
 /// How often somebody who waits for another looks again.
 const AGAIN: Duration = Duration::from_millis(100);
 
+const ASKED: &str = "sketchmatch_cache_total";
+
+/// What is kept so that it is computed once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cache {
+    Spectra,
+    Preparations,
+}
+
+impl Cache {
+    const fn name(self) -> &'static str {
+        match self {
+            Cache::Spectra => "spectra",
+            Cache::Preparations => "preparations",
+        }
+    }
+
+    /// Counts a question to the cache by what came of it.
+    fn count(self, outcome: &'static str) {
+        counter!(ASKED, "cache" => self.name(), "outcome" => outcome).increment(1);
+    }
+}
+
+/// Says what is measured here and sets it to nothing, so that what has not happened yet is 0 and not unknown.
+pub(super) fn describe() {
+    describe_counter!(
+        ASKED,
+        "Questions of jobs to what is cached: found (hit), computed by another meanwhile (waited), or computed (miss)."
+    );
+    for cache in [Cache::Spectra, Cache::Preparations] {
+        for outcome in ["hit", "waited", "miss"] {
+            counter!(ASKED, "cache" => cache.name(), "outcome" => outcome).absolute(0);
+        }
+    }
+}
+
 /// What is cached, or what `compute` makes, which then is to keep it: by one at a time of all who need what goes by `name`, on
 /// whichever node they are. Called from threads outside the runtime. A claim that fails costs time, not the answer.
 ///
@@ -19,12 +56,13 @@ const AGAIN: Duration = Duration::from_millis(100);
 /// [`Cancelled`] by the watcher while another computes it; what `cached` and `compute` say.
 pub(super) fn once<T, E: From<Cancelled>>(
     (store, runtime): (&Store, &Handle),
-    name: &str,
+    (cache, name): (Cache, &str),
     watch: &dyn Watch,
     cached: impl Fn() -> Result<Option<T>, Cancelled>,
     compute: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
     if let Some(found) = cached()? {
+        cache.count("hit");
         return Ok(found);
     }
     let ask = || watch.proceed(0.0);
@@ -42,7 +80,12 @@ pub(super) fn once<T, E: From<Cancelled>>(
         }
     };
     // Whoever had the claim before has kept it meanwhile.
-    cached()?.map_or_else(compute, Ok)
+    if let Some(found) = cached()? {
+        cache.count("waited");
+        return Ok(found);
+    }
+    cache.count("miss");
+    compute()
 }
 
 #[cfg(test)]
@@ -69,7 +112,11 @@ mod tests {
             let answers: Vec<_> = thread::scope(|scope| {
                 let needed = [&store, &other].into_iter().cycle().take(8);
                 let threads: Vec<_> = needed
-                    .map(|store| scope.spawn(|| once((store, &runtime), "spectrum", &Unwatched, cached, compute)))
+                    .map(|store| {
+                        scope.spawn(|| {
+                            once((store, &runtime), (Cache::Spectra, "spectrum"), &Unwatched, cached, compute)
+                        })
+                    })
                     .collect();
                 threads.into_iter().map(|thread| thread.join().unwrap().unwrap()).collect()
             });
@@ -89,7 +136,9 @@ mod tests {
         on_every_database(async |_, store| {
             let (_claim, runtime) = (store.take("spectrum").await.unwrap().unwrap(), Handle::current());
             let needed = |watch: &(dyn Watch + Sync)| {
-                let ask = || once((&store, &runtime), "spectrum", watch, || Ok(None), || Ok::<_, Cancelled>(1));
+                let ask = || {
+                    once((&store, &runtime), (Cache::Spectra, "spectrum"), watch, || Ok(None), || Ok::<_, Cancelled>(1))
+                };
                 thread::scope(|scope| scope.spawn(ask).join().unwrap())
             };
             assert!(needed(&Stopped(AtomicBool::new(false))).is_err());

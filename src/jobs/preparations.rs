@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::once::once;
+use super::once::{Cache, once};
 use super::shapes::Shapes;
 use super::waiting::awaited;
 use crate::alignment::prepared::PreparedMesh;
@@ -52,6 +52,7 @@ impl pipeline::Preparations for CachedPreparations {
             });
             awaited(&self.runtime, kept, || watch.proceed(0.5)).map(|_| prepared)
         };
-        once((&self.store, &self.runtime), &self.store.preparation_name(&hash), watch, cached, compute)
+        let name = self.store.preparation_name(&hash);
+        once((&self.store, &self.runtime), (Cache::Preparations, &name), watch, cached, compute)
     }
 }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 
-use super::once::once;
+use super::once::{Cache, once};
 use super::shapes::Shapes;
 use super::waiting::awaited;
 use crate::mesh::TriangleMesh;
@@ -69,6 +69,7 @@ impl pipeline::Spectra for CachedSpectra {
             self.keep(key, spectrum.clone(), self.shapes.of(mesh).map(str::to_owned), watch)?;
             Ok(spectrum)
         };
-        once((&self.store, &self.runtime), &self.store.spectrum_name(&key, k), watch, cached, compute)
+        let name = self.store.spectrum_name(&key, k);
+        once((&self.store, &self.runtime), (Cache::Spectra, &name), watch, cached, compute)
     }
 }

@@ -67,6 +67,7 @@ pub fn smallest(stiffness: &CsMat<f64>, mass: &[f64], k: usize, watch: &dyn Watc
         return Ok(Eigenpairs { values: Vec::new(), vectors: Mat::zeros(n, 0) });
     }
     let problem = Problem::new(stiffness, mass);
+    watch.proceed(0.0)?;
     if n <= 200 || n < 3 * (k + GUARD + 8) {
         return problem.dense(k, watch);
     }

@@ -34,6 +34,7 @@ impl Chosen {
         surroundings: &Surroundings<'_>,
     ) -> Result<Chosen, MatchError> {
         let components = components(mesh.sound());
+        surroundings.watcher.proceed(Stage::Spectrum, 0.0)?;
         let mut sets = candidates(settings, mesh, &components).map_err(MatchError::Faults)?;
         let of_several = sets.len() > 1 || settings.components.is_some();
         if settings.alignment == (Alignment::None {}) {

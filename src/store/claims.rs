@@ -20,7 +20,8 @@ pub struct Claim {
 }
 
 impl Store {
-    /// The claim of this name; nothing while somebody else has it.
+    /// The claim of this name; nothing while somebody else has it. One that ends later than any that is given runs out too: the
+    /// clock was set back since, and whoever lives has extended it within seconds.
     ///
     /// # Errors
     /// What the database said.
@@ -28,7 +29,8 @@ impl Store {
         let holder = Uuid::now_v7().to_string();
         let sql = "INSERT INTO claims (name, holder, until_ms) VALUES ($1, $2, (SELECT now_ms FROM clock) + $3) \
                    ON CONFLICT (name) DO UPDATE SET holder = excluded.holder, until_ms = excluded.until_ms \
-                   WHERE claims.until_ms <= (SELECT now_ms FROM clock)";
+                   WHERE claims.until_ms <= (SELECT now_ms FROM clock) \
+                   OR claims.until_ms > (SELECT now_ms FROM clock) + $3";
         let query = sqlx::query(sql).bind(name).bind(&holder).bind(LEASE_MS);
         if query.execute(&self.pool).await?.rows_affected() == 0 {
             return Ok(None);

@@ -17,6 +17,8 @@ pub(super) struct Encoded {
     pub bytes: Bytes,
     pub vertices: usize,
     pub triangles: usize,
+    /// Vertices of what is computed on in its place.
+    pub matched: usize,
 }
 
 fn name(kind: Kind, content: blake3::Hash) -> String {
@@ -56,7 +58,7 @@ pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
     }
     let (vertices, triangles) = (positions.len(), triangles.len());
     let (name, bytes) = encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)?;
-    Ok(Encoded { name, bytes, vertices, triangles })
+    Ok(Encoded { name, bytes, vertices, triangles, matched: mesh.sound().positions().len() })
 }
 
 pub(super) fn of_sketch(sketch: &Sketch) -> Result<Encoded, StoreError> {
@@ -70,7 +72,8 @@ pub(super) fn of_sketch(sketch: &Sketch) -> Result<Encoded, StoreError> {
     }
     let note = (Y_AXIS, y_axis_name(sketch.y_axis()));
     let (name, bytes) = encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))?;
-    Ok(Encoded { name, bytes, vertices: positions.len(), triangles: triangles.len() })
+    let vertices = positions.len();
+    Ok(Encoded { name, bytes, vertices, triangles: triangles.len(), matched: vertices })
 }
 
 fn of_triangles(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Array> {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
+use utoipa::ToSchema;
 
 use super::page;
 use crate::access::Tenant;
@@ -46,6 +47,35 @@ impl State {
     }
 }
 
+/// Whose turn comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Priority {
+    /// Somebody waits for it.
+    #[default]
+    Interactive,
+    /// It comes after those that somebody waits for.
+    Batch,
+}
+
+impl Priority {
+    /// The name it is told by.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Priority::Interactive => "interactive",
+            Priority::Batch => "batch",
+        }
+    }
+
+    /// The number it is stored as, by which jobs are sorted.
+    pub(super) const fn rank(self) -> i64 {
+        match self {
+            Priority::Interactive => 0,
+            Priority::Batch => 1,
+        }
+    }
+}
+
 /// A job as it stood when it was read. Times are milliseconds since 1970 by the database's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
@@ -58,8 +88,11 @@ pub struct Job {
     /// The name under which no other job is queued until this one has ended.
     pub dedupe: Option<String>,
     pub state: State,
+    pub priority: Priority,
     /// What it is called by who asked for it.
     pub name: Option<String>,
+    /// The trace in which it was asked for, in the form of W3C Trace Context.
+    pub trace: Option<String>,
     /// The shapes it needs.
     pub mesh: Option<String>,
     pub sketch: Option<String>,
@@ -81,9 +114,9 @@ pub struct Job {
 
 impl Job {
     /// What is read of a row: all but the payload, which may be large and is the worker's alone.
-    pub(super) const COLUMNS: &str = "id, tenant, kind, dedupe, state, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
+    pub(super) const COLUMNS: &str = "id, tenant, kind, dedupe, state, priority, trace, name, mesh, sketch, attempt, stage, fraction, revision, error, created_ms, started_ms, finished_ms, \
          CASE WHEN state = 'queued' THEN (SELECT count(*) FROM jobs AS ahead WHERE ahead.state = 'queued' \
-         AND ahead.tenant = jobs.tenant AND ahead.kind = jobs.kind AND (ahead.created_ms, ahead.id) <= (jobs.created_ms, jobs.id)) END AS place";
+         AND ahead.tenant = jobs.tenant AND ahead.kind = jobs.kind AND (ahead.priority, ahead.created_ms, ahead.id) <= (jobs.priority, jobs.created_ms, jobs.id)) END AS place";
 
     /// The `Page::after` of the page that begins behind this job.
     pub fn cursor(&self) -> String {
@@ -100,6 +133,11 @@ impl<'r> FromRow<'r, AnyRow> for Job {
             kind: row.try_get("kind")?,
             dedupe: row.try_get("dedupe")?,
             state: State::named(row.try_get("state")?).ok_or_else(unknown_state)?,
+            priority: match row.try_get::<i64, _>("priority")? {
+                0 => Priority::Interactive,
+                _ => Priority::Batch,
+            },
+            trace: row.try_get("trace")?,
             name: row.try_get("name")?,
             mesh: row.try_get("mesh")?,
             sketch: row.try_get("sketch")?,
@@ -138,13 +176,29 @@ pub struct NewJob<'a> {
     pub taken_for: Duration,
     /// Bytes of memory it takes, about, for each vertex of the larger of its shapes.
     pub bytes_per_vertex: usize,
+    pub priority: Priority,
+    /// Address that is told of its end.
+    pub webhook: Option<&'a str>,
+    /// The trace in which it is asked for, in the form of W3C Trace Context.
+    pub trace: Option<&'a str>,
 }
 
 impl<'a> NewJob<'a> {
-    /// A job that needs no shape and has no name.
+    /// A job that needs no shape, has no name and tells nobody of its end.
     pub const fn of(kind: &'a str, payload: &'a str) -> NewJob<'a> {
-        let (mesh, sketch, name, dedupe) = (None, None, None, None);
-        NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for: Duration::ZERO, bytes_per_vertex: 0 }
+        NewJob {
+            kind,
+            payload,
+            mesh: None,
+            sketch: None,
+            name: None,
+            dedupe: None,
+            taken_for: Duration::ZERO,
+            bytes_per_vertex: 0,
+            priority: Priority::Interactive,
+            webhook: None,
+            trace: None,
+        }
     }
 }
 

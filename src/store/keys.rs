@@ -5,7 +5,7 @@ use sqlx::any::AnyRow;
 use sqlx::{AnyPool, FromRow, Row};
 
 use super::database::Engine;
-use super::{Config, Store, StoreError, database};
+use super::{Config, Store, StoreError, database, secrets, webhooks};
 use crate::access::key_file::milliseconds;
 use crate::access::{Grant, Key, Scopes, Tenant};
 
@@ -66,6 +66,18 @@ impl Keys {
         let (pool, engine) = (database::of_file(&config.data_dir.join("sketchmatch.db"), 1).await?, Engine::Sqlite);
         engine.up_to_date(&pool).await?;
         Ok(Keys { pool, engine })
+    }
+
+    /// What calls that tell of a tenant's jobs are signed with; a new one in its place where it is to be renewed.
+    ///
+    /// # Errors
+    /// What the database said; where the system has no chance to offer.
+    pub async fn webhook_secret(&self, tenant: &Tenant, renewed: bool) -> Result<[u8; 32], StoreError> {
+        let name = webhooks::secret_name(tenant);
+        if renewed {
+            sqlx::query("DELETE FROM secrets WHERE name = $1").bind(&name).execute(&self.pool).await?;
+        }
+        secrets::secret(&self.pool, &name).await
     }
 
     /// Ends the use of the database in peace.

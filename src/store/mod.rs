@@ -16,6 +16,7 @@ mod idempotency;
 mod identity;
 mod job;
 mod keys;
+mod measures;
 mod notices;
 mod page;
 mod place;
@@ -31,7 +32,9 @@ mod sweep;
 mod tenancy;
 mod tensors;
 mod upgrade;
+mod uploads;
 mod usage;
+mod webhooks;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -49,15 +52,18 @@ use database::{Engine, Listener};
 use directory::Directory;
 pub use error::{Lack, StoreError};
 pub use idempotency::{MEMORY, Remembered, Turn};
-pub use job::{Heartbeat, Job, Lease, NewJob, Places, Room, State, Submitted, problem};
+pub use job::{Heartbeat, Job, Lease, NewJob, Places, Priority, Room, State, Submitted, problem};
 pub use keys::{KeyRow, Keys};
+pub use measures::describe;
 pub use page::Page;
 pub use place::{BlobUrl, Config, DatabaseUrl};
-pub use queue::{LEASE, MAX_DEATHS, MAX_TRIES};
+pub use queue::{LEASE, MAX_TRIES};
 pub use retention::{Gone, Retention};
-pub use shapes::{Deletion, Kind, Shape, Source, SourceFile, Unkept};
+pub use shapes::{Deletion, Kind, Shape, SourceFile};
 pub use spectra::SpectrumKey;
+pub use uploads::{Source, Unkept};
 pub use usage::Usage;
+pub use webhooks::{MAX_CALLS, Webhook};
 
 /// The one door to what outlives the process. Clones share it; the last one dropped gives the data directory free.
 ///

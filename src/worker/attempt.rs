@@ -7,20 +7,28 @@ use rustix::time::{ClockId, clock_gettime};
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
+use tracing::Instrument;
 
 use super::measures::{self, Ended};
 use super::report;
 use super::workshop::Workshop;
 use crate::jobs::{Failure, Outcome, Progress};
 use crate::store::{Lease, Store};
+use crate::traces;
 
 /// Carries out a leased job and reports how it ended. Returns when the thread is free again, or at once when the
 /// bench stops.
 pub(super) async fn attempt(workshop: &Arc<Workshop>, lease: Lease) {
     let (job, kind, attempt) = (lease.job.id.as_str(), lease.job.kind.as_str(), lease.job.attempt);
     tracing::info!(job, kind, attempt, "a job begins");
-    let measured = measures::Attempt::begin(&lease.job.kind);
-    let ended = carry_out(workshop, &lease).await;
+    let measured = measures::Attempt::begin(&lease.job);
+    let waited_ms = lease.job.started_ms.unwrap_or(lease.job.created_ms) - lease.job.created_ms;
+    // For traces alone: the log has these in lines of their own.
+    let span = tracing::debug_span!("job", job, kind, attempt, waited_ms);
+    if let Some(trace) = &lease.job.trace {
+        traces::join(&span, trace);
+    }
+    let ended = carry_out(workshop, &lease).instrument(span).await;
     let seconds = measured.end(ended);
     tracing::info!(job, kind, attempt, outcome = ended.name(), seconds, "a job ends");
 }
@@ -73,8 +81,9 @@ async fn carry_out(workshop: &Arc<Workshop>, lease: &Lease) -> Ended {
 /// Starts the computation on the pool; the receiver gets its outcome, a panic included.
 fn start(workshop: &Arc<Workshop>, lease: Lease, progress: Arc<Progress>) -> oneshot::Receiver<Outcome> {
     let (sender, receiver) = oneshot::channel();
-    let (there, runtime) = (workshop.clone(), Handle::current());
+    let (there, runtime, span) = (workshop.clone(), Handle::current(), tracing::debug_span!("computing"));
     workshop.pool.spawn(move || {
+        let _within = span.enter();
         let begun = processor_time();
         let run = AssertUnwindSafe(|| (there.body)(&lease, &there.bench, &progress));
         let outcome = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::internal(message(panic), false)));

@@ -9,6 +9,7 @@ mod measures;
 mod pool;
 mod report;
 mod shares;
+mod webhooks;
 mod workshop;
 
 use std::num::NonZero;
@@ -23,7 +24,8 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::jobs::{self, Bench, Failure, Outcome, Progress};
-use crate::store::{Gone, LEASE, Lease, Retention, Store};
+use crate::store::{self, Gone, LEASE, Lease, Retention, Store};
+use crate::webhooks::{Caller, Hosts};
 use admission::Admission;
 use shares::Shares;
 use workshop::Workshop;
@@ -54,6 +56,8 @@ pub struct Config {
     pub retention: Retention,
     /// Bytes of memory that running jobs may take together, as estimated; one that takes more by itself runs alone.
     pub memory: u64,
+    /// Whom this node may tell of the ends of jobs.
+    pub webhook_hosts: Hosts,
 }
 
 impl Default for Config {
@@ -65,6 +69,7 @@ impl Default for Config {
             longest_job: Duration::from_secs(3600),
             memory: 8 << 30,
             retention: Retention::default(),
+            webhook_hosts: Hosts::default(),
         }
     }
 }
@@ -77,6 +82,8 @@ pub async fn run(store: Store, config: Config, shutdown: CancellationToken) -> R
     let pool = pool::of(config.workers.max(1))?;
     measures::describe();
     jobs::describe();
+    store::describe();
+    webhooks::describe();
     work(&Arc::new(Workshop::new(store, pool, config.longest_job, Box::new(compute))), &config, &shutdown).await;
     Ok(())
 }
@@ -93,7 +100,8 @@ async fn work(workshop: &Arc<Workshop>, config: &Config, shutdown: &Cancellation
         claim_until(shutdown, workshop, &attempts, config),
         reap_until(shutdown, workshop.store()),
         sweep_until(shutdown, workshop.store()),
-        let_go_until(shutdown, workshop.store(), &config.retention)
+        let_go_until(shutdown, workshop.store(), &config.retention),
+        call_until(shutdown, workshop.store(), &config.webhook_hosts)
     );
     attempts.close();
     if timeout(config.grace, attempts.wait()).await.is_err() {
@@ -165,6 +173,17 @@ async fn sweep_until(shutdown: &CancellationToken, store: &Store) {
             Some(Ok(blobs)) => tracing::debug!(blobs, "the blobs are swept"),
             None => {}
         }
+    }
+}
+
+/// Tells of the ends of jobs where it may.
+async fn call_until(shutdown: &CancellationToken, store: &Store, hosts: &Hosts) {
+    if hosts.is_empty() {
+        return;
+    }
+    match Caller::new(hosts.clone()) {
+        Ok(caller) => webhooks::call_until(shutdown, store, caller).await,
+        Err(error) => tracing::error!(%error, "nobody can be told of the ends of jobs"),
     }
 }
 

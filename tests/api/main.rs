@@ -1,6 +1,7 @@
 //! The service as its clients see it: every test starts a server of its own and speaks HTTP.
 
 mod bad_inputs;
+mod bucket;
 mod command_line;
 mod connections;
 mod crash;
@@ -10,6 +11,7 @@ mod drawings;
 mod evaluations;
 mod examples;
 mod front_page;
+mod full_disk;
 mod functions;
 mod hang_ups;
 mod headers;
@@ -21,6 +23,7 @@ mod openapi;
 mod pictures;
 mod poses;
 mod program;
+mod queue;
 mod researchers;
 #[path = "../../src/store/database/testing/schema.rs"]
 mod schema;

@@ -27,17 +27,22 @@ impl Program {
 
     /// The program with these options, whose log is read on.
     pub fn with(data: &Path, options: &[&str]) -> Program {
-        let (program, log) = Program::unread(data, options);
+        Program::in_environment(data, options, &[])
+    }
+
+    /// The program with these options in an environment that has these variables besides, whose log is read on.
+    pub fn in_environment(data: &Path, options: &[&str], variables: &[(&str, &str)]) -> Program {
+        let (program, log) = Program::unread(data, options, variables);
         thread::spawn(move || log.lines().map_while(Result::ok).for_each(drop));
         program
     }
 
     /// The program, and its log from the address on, for the test to read or not.
     pub fn start_unread(data: &Path, workers: usize) -> (Program, Log) {
-        Program::unread(data, &["--workers", &workers.to_string()])
+        Program::unread(data, &["--workers", &workers.to_string()], &[])
     }
 
-    fn unread(data: &Path, options: &[&str]) -> (Program, Log) {
+    fn unread(data: &Path, options: &[&str], variables: &[(&str, &str)]) -> (Program, Log) {
         let serve = ["serve", "--listen", "127.0.0.1:0", "--log-format", "json"];
         let mut child = Command::new(env!("CARGO_BIN_EXE_sketchmatch"))
             .args(serve)
@@ -47,6 +52,7 @@ impl Program {
             // What is freed goes back to the system at once, so that its memory is what is in use, not what the allocator
             // keeps for each thread.
             .env("MALLOC_MMAP_THRESHOLD_", "1000000")
+            .envs(variables.iter().copied())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use sketchmatch::access::{Key, Scopes};
 use sketchmatch::http::admission::Admission;
 use sketchmatch::http::{self, App};
-use sketchmatch::store::{self, Store};
+use sketchmatch::store::{self, Room, Store};
 use sketchmatch::worker;
 use tempfile::TempDir;
 use tokio::net::{TcpListener, TcpStream};
@@ -86,6 +86,12 @@ impl Server {
     /// Lets a key open nothing any more.
     pub async fn revoke(&self, id: &str) {
         assert!(self.store.keys().revoke(id).await.unwrap());
+    }
+
+    /// Takes up the match whose turn it is, as a worker does, and leaves it at that.
+    pub async fn take_up_a_match(&self) {
+        let room = Room { memory: u64::MAX, alone: true };
+        self.store.claim(&["match"], room).await.unwrap().expect("a match waits");
     }
 
     /// Where it answers.

@@ -128,6 +128,18 @@ async fn a_match_that_waits_has_no_result_and_can_be_cancelled() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn who_waited_in_vain_is_told_how_far_the_match_is() {
+    let server = Server::idle(Config::default()).await;
+    let request = server.request_match(json!({})).await.header("idempotency-key", "a").header("prefer", "wait=0");
+    let again = request.try_clone().unwrap();
+    assert_eq!(json_of(request.send().await.unwrap(), 202).await["status"], "queued");
+    server.take_up_a_match().await;
+    let asked = again.send().await.unwrap();
+    assert_eq!(header(&asked, "retry-after"), "1");
+    assert_eq!(json_of(asked, 202).await["status"], "running");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_running_match_can_be_cancelled() {
     let server = Server::working().await;
     let long = json!({"regulariser": {"type": "nuclear", "max_iterations": 20_000}, "basis": {"k": 60}});

@@ -58,6 +58,7 @@ impl PreparedMesh {
         let centred = centred(mesh.positions(), &masses, scale);
         let axes = Axes::principal(&centred, &masses);
         let unit = mesh.similar(centred.into_iter().map(|p| axes.along(p)).collect());
+        watch.proceed(0.0)?;
         let (positions, triangles) = (unit.positions(), unit.triangles());
         let distances = SampledDistances::new(&unit, SAMPLES, watch)?;
         let symmetry = plane(positions, &masses, || watch.proceed(0.5))?;

@@ -16,7 +16,8 @@ use utoipa_axum::routes;
 use super::problem::Problem;
 use super::{
     Service, evaluations, events, examples as creatures, functions, geometry, health, inside, links as signed, matches,
-    meshes, pictures, portraits, pose_results, poses, regularisers, results, sketches, spectra, sweeps, transfers,
+    meshes, pictures, portraits, pose_results, poses, rebuilt, regularisers, results, segmentation, sketches, spectra,
+    sweeps, transfers,
 };
 
 #[derive(OpenApi)]
@@ -51,15 +52,15 @@ pub(super) fn routes() -> (Router<Service>, Value) {
         .routes(routes!(portraits::of_sketch))
         .routes(routes!(spectra::of_mesh))
         .routes(routes!(functions::of_mesh))
-        .routes(routes!(functions::segments_of_mesh))
-        .routes(routes!(functions::rebuilt_mesh))
+        .routes(routes!(segmentation::of_mesh))
+        .routes(routes!(rebuilt::of_mesh))
         .routes(routes!(sketches::upload, sketches::list))
         .routes(routes!(sketches::read, sketches::rename, sketches::delete))
         .routes(routes!(geometry::of_sketch))
         .routes(routes!(spectra::of_sketch))
         .routes(routes!(functions::of_sketch))
-        .routes(routes!(functions::segments_of_sketch))
-        .routes(routes!(functions::rebuilt_sketch))
+        .routes(routes!(segmentation::of_sketch))
+        .routes(routes!(rebuilt::of_sketch))
         .routes(routes!(matches::create, matches::list))
         .routes(routes!(sweeps::create))
         .routes(routes!(matches::read, matches::end))

@@ -1,5 +1,8 @@
 //! What a viewer sees of an upload.
 
+use crate::raster::bitmap::Bitmap;
+use crate::raster::pieces::{Pieces, Run};
+
 /// Pixels along the longer side of a canvas at most: a tenth of one is less than hands draw to, and twice as many would take
 /// three times as long to read.
 pub(crate) const LONGEST_SIDE: usize = 640;
@@ -13,6 +16,13 @@ const ALL_WHITE: f64 = 0.8;
 
 /// The grey of a dark page: apart from white, and from black.
 const DARK_PAGE: u32 = 112;
+
+/// Least of red, green and blue of paint that cannot be told from a white page; the share of a piece of it that is white
+/// altogether where it covers what is below as an eraser does, and shaded paint is not; and the grey that is seen instead of
+/// what is no cover.
+const PALE: u8 = 237;
+const COVER: f64 = 0.9;
+const SHADED: u8 = 190;
 
 /// Opacity from which on a pixel hides the page, in 255ths: the edges of what covers all of it are hardly softened.
 const OPAQUE: u8 = 250;
@@ -69,7 +79,8 @@ impl Canvas {
         [red, green, blue].map(|x| opacity * f64::from(x) / 255.0 + 1.0 - opacity)
     }
 
-    /// The colours as they are seen on a page: a white one, or a dark one where most of what is painted is white itself.
+    /// The colours as they are seen on a page: a white one, or a dark one where most of what is painted is white itself. What
+    /// is nearly as white as the page it is painted on is seen by its shade.
     pub fn on_page(&self) -> Vec<[u8; 3]> {
         let painted = self.pixels.iter().filter(|pixel| pixel[3] > SOLID);
         let (mut all, mut white) = (0, 0);
@@ -80,6 +91,29 @@ impl Canvas {
         let has_page = all < self.pixels.len();
         let page = if has_page && white as f64 > ALL_WHITE * all as f64 { DARK_PAGE } else { 255 };
         let mixed = |value: u8, opacity: u32| ((u32::from(value) * opacity + page * (255 - opacity) + 127) / 255) as u8;
-        self.pixels.iter().map(|&[r, g, b, a]| [r, g, b].map(|value| mixed(value, u32::from(a)))).collect()
+        let mut colours: Vec<[u8; 3]> =
+            self.pixels.iter().map(|&[r, g, b, a]| [r, g, b].map(|value| mixed(value, u32::from(a)))).collect();
+        if has_page && page == 255 {
+            self.shade(&mut colours);
+        }
+        colours
+    }
+
+    /// Darkens the pieces of paint that are nearly white and no covers.
+    fn shade(&self, colours: &mut [[u8; 3]]) {
+        let mut pale = Bitmap::new(self.width, self.height);
+        for (k, &[r, g, b, a]) in self.pixels.iter().enumerate() {
+            if a >= OPAQUE && r.min(g).min(b) >= PALE {
+                pale.set(k % self.width, k / self.width);
+            }
+        }
+        let pieces = Pieces::of(&pale, false);
+        let of_run = |run: &Run| run.y * self.width + run.from..run.y * self.width + run.to;
+        let mut white = vec![0; pieces.sizes.len()];
+        for run in &pieces.runs {
+            white[run.piece] += self.pixels[of_run(run)].iter().filter(|pixel| pixel[..3] == [255; 3]).count();
+        }
+        let is_cover = |run: &&Run| white[run.piece] as f64 >= COVER * pieces.sizes[run.piece] as f64;
+        pieces.runs.iter().filter(|run| !is_cover(run)).for_each(|run| colours[of_run(run)].fill([SHADED; 3]));
     }
 }

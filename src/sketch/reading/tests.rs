@@ -1,6 +1,6 @@
 use std::io::Cursor;
 
-use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage};
+use image::{DynamicImage, GrayImage, ImageFormat, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -187,6 +187,40 @@ fn what_is_hidden_is_not_seen() {
 #[test]
 fn a_white_figure_without_a_page_is_seen() {
     assert!(is_whole(svg(&format!(r##"<polygon points="{PERSON}" fill="#fff"/>"##))));
+}
+
+/// A picture without a page as a PNG.
+fn cut_out(pixel: impl Fn(u32, u32) -> [u8; 4]) -> Result<Imported, Refusal> {
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = RgbaImage::from_fn(400, 500, |x, y| Rgba(pixel(x, y)));
+    DynamicImage::ImageRgba8(picture).write_to(&mut bytes, ImageFormat::Png).unwrap();
+    from_picture(bytes.get_ref(), Choice { vertices: 300, figure: 0 }, &Config::default())
+}
+
+#[test]
+fn a_pale_coat_cut_out_of_a_photograph_is_a_part_of_its_figure() {
+    let coat = |x: u32, y: u32| match (100..300).contains(&y) {
+        true => [250 + ((x * 7 + y * 3) % 6) as u8; 3],
+        false => [120, 90, 60],
+    };
+    let read = cut_out(|x, y| {
+        let [r, g, b] = coat(x, y);
+        let opacity = if is_in_person([f64::from(x) + 0.5, f64::from(y) + 0.5]) { 255 } else { 0 };
+        [r, g, b, opacity]
+    });
+    assert!(is_whole(read));
+}
+
+#[test]
+fn what_is_clipped_away_takes_no_room() {
+    let clipped = r#"<clipPath id="c"><path d="M150 200H250V300H150Z"/></clipPath><path clip-path="url(#c)" d="M0 0H400V500H0Z"/>"#;
+    let read = svg(clipped).unwrap();
+    // To a pixel of a canvas that shows nothing else, not of one that shows all of the shape.
+    let [low, high] = read.figures[0].bounds;
+    assert!(
+        [low[0] - 150.0, low[1] - 200.0, high[0] - 250.0, high[1] - 300.0].iter().all(|off| off.abs() < 0.2),
+        "{low:?} {high:?}"
+    );
 }
 
 #[test]

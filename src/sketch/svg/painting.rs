@@ -20,54 +20,108 @@ const OF_FILTER: f64 = 100.0;
 /// Room round what is drawn, in parts of its size.
 const ROOM: f64 = 0.04;
 
+/// Pixels along the longer side of the small canvas on which it is seen where anything is painted: shapes that are clipped,
+/// masked or transparent are smaller than their boxes, or nowhere.
+const LOOK: usize = 160;
+
+/// Where less than this share of a window's longer side is painted, a smaller one is taken.
+const FILLED: f32 = 0.9;
+
 /// What a browser shows of a document, on a canvas that shows what is drawn as large as it may be.
 ///
 /// # Errors
 /// A document that paints the same places too often.
 pub(super) fn canvas(tree: &Tree, view: &View) -> Result<Canvas, Refusal> {
-    let [low, high] = window(tree);
-    let extent = [0, 1].map(|i| high[i] - low[i]);
-    let scale = (LONGEST_SIDE - 1) as f32 / extent[0].max(extent[1]);
-    // Whole pixels to every side: what covers the document covers the canvas, its last row and column too.
-    let [width, height] = extent.map(|side| ((side * scale).round() as u32).max(1));
-    let scales = [width as f32 / extent[0], height as f32 / extent[1]];
-    let visible = Rect::from_ltrb(low[0], low[1], high[0], high[1]);
-    let painted = visible.map_or(0.0, |visible| painted(tree.root(), visible)) * f64::from(scale) * f64::from(scale);
-    if painted > MOST_PAINTED {
-        return Err(Refusal::plain("the SVG paints the same places too many times over: it has too many large shapes"));
-    }
-    let undrawable = || Refusal::plain("the SVG cannot be drawn: it has numbers that are too large or too small");
-    let mut pixmap = Pixmap::new(width, height).ok_or_else(undrawable)?;
-    let placed = Transform::from_row(scales[0], 0.0, 0.0, scales[1], -low[0] * scales[0], -low[1] * scales[1]);
-    // Numbers near the ends of their range make the painter panic.
-    catch_unwind(AssertUnwindSafe(|| resvg::render(tree, placed, &mut pixmap.as_mut()))).map_err(|_| undrawable())?;
+    let of_shapes = Window::of_shapes(tree);
+    let window = of_shapes.about(&of_shapes.painted(tree, LOOK)?);
+    let pixmap = window.painted(tree, LONGEST_SIDE)?;
+    let (width, height) = (pixmap.width() as usize, pixmap.height() as usize);
     let plain = pixmap.pixels().iter().map(|pixel| pixel.demultiply());
-    let origin = view.user(Point::from_xy(low[0], low[1]));
-    let beside = view.user(Point::from_xy(low[0] + extent[0], low[1] + extent[1]));
-    let pixel = [0, 1].map(|i| (beside[i] - origin[i]) / f64::from(extent[i] * scales[i]));
+    let [origin, end] = [window.low, window.high].map(|[x, y]| view.user(Point::from_xy(x, y)));
     Ok(Canvas {
-        width: width as usize,
-        height: height as usize,
+        width,
+        height,
         pixels: plain.map(|p| [p.red(), p.green(), p.blue(), p.alpha()]).collect(),
         origin,
-        pixel,
+        pixel: [(end[0] - origin[0]) / width as f64, (end[1] - origin[1]) / height as f64],
     })
 }
 
-/// Lowest and highest corner of what is drawn, with some room round it, within the document's canvas.
-fn window(tree: &Tree) -> [[f32; 2]; 2] {
-    let canvas = [tree.size().width(), tree.size().height()];
-    let drawn = tree.root().abs_layer_bounding_box();
-    let (low, high) = ([drawn.left(), drawn.top()], [drawn.right(), drawn.bottom()]);
-    let room = ROOM as f32 * (high[0] - low[0]).max(high[1] - low[1]);
-    let low = [0, 1].map(|i| (low[i] - room).clamp(0.0, canvas[i]));
-    let high = [0, 1].map(|i| (high[i] + room).clamp(0.0, canvas[i]));
-    // What lies beside the canvas altogether is not seen: nor is anything then.
-    if (0..2).all(|i| low[i] < high[i]) { [low, high] } else { [[0.0; 2], canvas] }
+/// A part of a document's canvas.
+#[derive(Clone, Copy)]
+struct Window {
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+impl Window {
+    /// The boxes of all shapes, with some room round them, within the document's canvas.
+    fn of_shapes(tree: &Tree) -> Window {
+        let canvas = [tree.size().width(), tree.size().height()];
+        let drawn = tree.root().abs_layer_bounding_box();
+        let shapes = Window { low: [drawn.left(), drawn.top()], high: [drawn.right(), drawn.bottom()] };
+        let all = Window { low: [0.0; 2], high: canvas };
+        // What lies beside the canvas altogether is not seen: nor is anything then.
+        shapes.with_room_within(&all).unwrap_or(all)
+    }
+
+    /// A part of this window with some room about all that is painted in it; this one where that fills it.
+    fn about(self, painted: &Pixmap) -> Window {
+        let width = painted.width() as usize;
+        let places = painted.pixels().iter().enumerate().filter(|(_, pixel)| pixel.alpha() > 0);
+        let (mut first, mut last) = ([usize::MAX; 2], [0; 2]);
+        for place in places.map(|(k, _)| [k % width, k / width]) {
+            first = [0, 1].map(|i| place[i].min(first[i]));
+            last = [0, 1].map(|i| (place[i] + 1).max(last[i]));
+        }
+        let [extent, size] = [self.extent(), [painted.width(), painted.height()].map(|side| side as f32)];
+        let at = |pixel: [usize; 2]| [0, 1].map(|i| self.low[i] + extent[i] * pixel[i] as f32 / size[i]);
+        let seen = Window { low: at(first), high: at(last) };
+        let fills = first[0] == usize::MAX || seen.side() >= FILLED * self.side();
+        if fills { self } else { seen.with_room_within(&self).unwrap_or(self) }
+    }
+
+    /// This window with some room at its sides, as far as another reaches; none where they lie apart.
+    fn with_room_within(&self, whole: &Window) -> Option<Window> {
+        let room = ROOM as f32 * self.side();
+        let low = [0, 1].map(|i| (self.low[i] - room).clamp(whole.low[i], whole.high[i]));
+        let high = [0, 1].map(|i| (self.high[i] + room).clamp(whole.low[i], whole.high[i]));
+        (0..2).all(|i| low[i] < high[i]).then_some(Window { low, high })
+    }
+
+    fn extent(&self) -> [f32; 2] {
+        [0, 1].map(|i| self.high[i] - self.low[i])
+    }
+
+    fn side(&self) -> f32 {
+        let [width, height] = self.extent();
+        width.max(height)
+    }
+
+    /// What is seen in this window, so many pixels along its longer side.
+    fn painted(&self, tree: &Tree, side: usize) -> Result<Pixmap, Refusal> {
+        let scale = (side - 1) as f32 / self.side();
+        // Whole pixels to every side: what covers the document covers the canvas, its last row and column too.
+        let [width, height] = self.extent().map(|side| ((side * scale).round() as u32).max(1));
+        let [across, down] = [width as f32 / self.extent()[0], height as f32 / self.extent()[1]];
+        let visible = Rect::from_ltrb(self.low[0], self.low[1], self.high[0], self.high[1]);
+        let cost = visible.map_or(0.0, |visible| cost(tree.root(), visible)) * f64::from(scale) * f64::from(scale);
+        if cost > MOST_PAINTED {
+            let detail = "the SVG paints the same places too many times over: it has too many large shapes";
+            return Err(Refusal::plain(detail));
+        }
+        let undrawable = || Refusal::plain("the SVG cannot be drawn: it has numbers that are too large or too small");
+        let mut pixmap = Pixmap::new(width, height).ok_or_else(undrawable)?;
+        let placed = Transform::from_row(across, 0.0, 0.0, down, -self.low[0] * across, -self.low[1] * down);
+        // Numbers near the ends of their range make the painter panic.
+        catch_unwind(AssertUnwindSafe(|| resvg::render(tree, placed, &mut pixmap.as_mut())))
+            .map_err(|_| undrawable())?;
+        Ok(pixmap)
+    }
 }
 
 /// How much is painted within a window, in units of area.
-fn painted(root: &Group, window: Rect) -> f64 {
+fn cost(root: &Group, window: Rect) -> f64 {
     let seen = |bounds: Rect| {
         let [width, height] = [
             bounds.right().min(window.right()) - bounds.left().max(window.left()),

@@ -11,6 +11,7 @@ use futures::TryStreamExt;
 use object_store::path::Path as Name;
 use object_store::{Error, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutPayload};
 
+use super::measures::{Operation, timed};
 use super::{BlobUrl, StoreError, blocking, sealed};
 use folder::Folder;
 
@@ -63,7 +64,8 @@ impl Blobs {
             folder.map_or(Ok(()), |folder| folder.present())?;
             Ok(PutPayload::from_iter([bytes.clone(), sealed::seal(&bytes)]))
         };
-        match self.objects.put_opts(&Name::from(name), blocking(sealed).await?, mode.into()).await {
+        let (name, sealed) = (Name::from(name), blocking(sealed).await?);
+        match timed(Operation::WriteBlob, self.objects.put_opts(&name, sealed, mode.into())).await {
             Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
             Err(error) => Err(error.into()),
         }
@@ -104,8 +106,9 @@ impl Blobs {
 
     /// The bytes under this name, their checksum among them.
     async fn unopened(&self, name: &str) -> Result<Option<Bytes>, StoreError> {
-        match self.objects.get(&Name::from(name)).await {
-            Ok(found) => Ok(Some(found.bytes().await?)),
+        let name = Name::from(name);
+        match timed(Operation::ReadBlob, async { self.objects.get(&name).await?.bytes().await }).await {
+            Ok(bytes) => Ok(Some(bytes)),
             Err(Error::NotFound { .. }) => {
                 let Some(folder) = self.folder.clone() else { return Ok(None) };
                 blocking(move || folder.present()).await.map(|()| None)

@@ -7,7 +7,7 @@ type File = (i64, &'static str, &'static str);
 
 /// Every migration in its order; a new one is a new file and a new line, an old one is never edited. One number makes the
 /// same of the tables of both engines.
-const SQLITE: [File; 12] = [
+const SQLITE: [File; 16] = [
     (1, "store", include_str!("../../../migrations/sqlite/0001_store.sql")),
     (2, "jobs by key", include_str!("../../../migrations/sqlite/0002_jobs_by_key.sql")),
     (3, "uploads", include_str!("../../../migrations/sqlite/0003_uploads.sql")),
@@ -20,16 +20,24 @@ const SQLITE: [File; 12] = [
     (10, "nodes", include_str!("../../../migrations/sqlite/0010_nodes.sql")),
     (11, "previews", include_str!("../../../migrations/sqlite/0011_previews.sql")),
     (12, "admission", include_str!("../../../migrations/sqlite/0012_admission.sql")),
+    (13, "turns", include_str!("../../../migrations/sqlite/0013_turns.sql")),
+    (14, "webhooks", include_str!("../../../migrations/sqlite/0014_webhooks.sql")),
+    (15, "traces", include_str!("../../../migrations/sqlite/0015_traces.sql")),
+    (16, "matched vertices", include_str!("../../../migrations/sqlite/0016_matched_vertices.sql")),
 ];
 
 /// PostgreSQL came with the seventh.
-const POSTGRES: [File; 6] = [
+const POSTGRES: [File; 10] = [
     (7, "store", include_str!("../../../migrations/postgres/0007_store.sql")),
     (8, "keys", include_str!("../../../migrations/postgres/0008_keys.sql")),
     (9, "tenants", include_str!("../../../migrations/postgres/0009_tenants.sql")),
     (10, "nodes", include_str!("../../../migrations/postgres/0010_nodes.sql")),
     (11, "previews", include_str!("../../../migrations/postgres/0011_previews.sql")),
     (12, "admission", include_str!("../../../migrations/postgres/0012_admission.sql")),
+    (13, "turns", include_str!("../../../migrations/postgres/0013_turns.sql")),
+    (14, "webhooks", include_str!("../../../migrations/postgres/0014_webhooks.sql")),
+    (15, "traces", include_str!("../../../migrations/postgres/0015_traces.sql")),
+    (16, "matched vertices", include_str!("../../../migrations/postgres/0016_matched_vertices.sql")),
 ];
 
 pub(super) fn of(engine: Engine) -> Migrator {

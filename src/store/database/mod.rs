@@ -87,12 +87,12 @@ impl Engine {
         }
     }
 
-    /// What makes a row that is being read nobody else's until it is changed, those that others have being passed over;
-    /// SQLite has one writer at a time.
-    pub const fn for_update(self) -> &'static str {
+    /// What makes the rows of `table` that are being read nobody else's until they are changed, those that others have being
+    /// passed over; SQLite has one writer at a time.
+    pub fn for_update_of(self, table: &str) -> String {
         match self {
-            Engine::Sqlite => "",
-            Engine::Postgres => "FOR UPDATE SKIP LOCKED",
+            Engine::Sqlite => String::new(),
+            Engine::Postgres => format!("FOR UPDATE OF {table} SKIP LOCKED"),
         }
     }
 

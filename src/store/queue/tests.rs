@@ -2,10 +2,14 @@ use std::collections::BTreeSet;
 
 use futures::FutureExt;
 use serde_json::json;
+use sqlx::Executor;
 
+use super::deaths::{MAX_BLAMED, MAX_DEATHS};
+use super::lease::rest;
 use super::*;
+use crate::store::database::Engine;
 use crate::store::testing::{ALL, fresh, on_every_database, open};
-use crate::store::{JobChanges, MEMORY};
+use crate::store::{Heartbeat, JobChanges, Lease, MEMORY, NewJob, Places, Priority, Room, Submitted};
 
 /// More than any test submits.
 const PLACES: Places = Places { queue: 1000, of_kind: 1000 };
@@ -47,6 +51,33 @@ async fn state(store: &Store, id: &str) -> State {
 /// Lets every lease run out.
 async fn expire(store: &Store) {
     sqlx::query("UPDATE jobs SET lease_ms = 0 WHERE state = 'running'").execute(&store.pool).await.unwrap();
+}
+
+/// Has whoever works on jobs die.
+async fn die(store: &Store) {
+    // The clock goes on, as it does between two deaths.
+    while sqlx::query_scalar::<_, i64>("SELECT count(*) FROM jobs, clock WHERE died_ms >= now_ms")
+        .fetch_one(&store.pool)
+        .await
+        .unwrap()
+        > 0
+    {}
+    expire(store).await;
+    assert_eq!(store.reap().await.unwrap(), 1);
+}
+
+/// Has the database's clock show this many milliseconds more than it is.
+async fn set_clock(store: &Store, more: i64) {
+    let now = match store.engine {
+        Engine::Sqlite => "unixepoch('subsec') * 1000",
+        Engine::Postgres => "extract(epoch FROM clock_timestamp()) * 1000",
+    };
+    let replaced = match store.engine {
+        Engine::Sqlite => "DROP VIEW clock; CREATE VIEW",
+        Engine::Postgres => "CREATE OR REPLACE VIEW",
+    };
+    let sql = format!("{replaced} clock AS SELECT CAST({now} AS BIGINT) + {more} AS now_ms");
+    store.pool.execute(AssertSqlSafe(sql)).await.unwrap();
 }
 
 async fn results(store: &Store) -> Vec<String> {
@@ -175,15 +206,18 @@ async fn a_lease_that_stands_is_not_reaped() {
 async fn a_job_that_always_kills_its_process_fails_in_the_end() {
     let (directory, mut store) = fresh().await;
     let job = submitted(&store, 0).await;
-    for attempt in 1..=MAX_DEATHS {
+    // The first death is nobody's fault in particular.
+    for attempt in 1..=MAX_BLAMED + 1 {
+        rested(&store).await;
         assert_eq!(claimed(&store).await.job.attempt, attempt);
         drop(store);
         store = open(&directory).await;
     }
+    rested(&store).await;
     assert!(claim(&store).await.is_none());
     let failed = store.job(&job.id).await.unwrap().unwrap();
     assert_eq!(failed.state, State::Failed);
-    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains(&format!("tried {MAX_DEATHS} times")));
+    assert!(failed.error.unwrap()["detail"].as_str().unwrap().contains("the process that the job was tried in ended"));
     assert!(failed.finished_ms.is_some());
 }
 
@@ -197,12 +231,12 @@ async fn a_job_whose_process_died_runs_alone_from_then_on() {
         assert_eq!(store.reap().await.unwrap(), 2);
         let beside_others = Room { alone: false, ..ALL };
         assert!(store.claim(&ANY, beside_others).await.unwrap().is_none(), "nor is a suspect overtaken");
-        for death in 2..=MAX_DEATHS {
+        for blamed in 1..=MAX_BLAMED {
+            rested(&store).await;
             let lease = claimed(&store).await;
             assert!(lease.suspect && lease.job.id == bad.id, "{lease:?}");
-            expire(&store).await;
-            assert_eq!(store.reap().await.unwrap(), 1);
-            assert_eq!(state(&store, &bad.id).await == State::Failed, death == MAX_DEATHS);
+            die(&store).await;
+            assert_eq!(state(&store, &bad.id).await == State::Failed, blamed == MAX_BLAMED);
         }
         // What ran beside it was not harmed again.
         let lease = claimed(&store).await;
@@ -215,9 +249,117 @@ async fn a_job_whose_process_died_runs_alone_from_then_on() {
 }
 
 #[tokio::test]
+async fn no_job_is_to_blame_where_those_of_others_die_too() {
+    on_every_database(async |_, store| {
+        let (one, other) = (submitted(&store, 0).await, submitted(&store, 1).await);
+        // Whichever runs is killed, one after the other.
+        for step in 0..2 * MAX_DEATHS {
+            let victim = if step % 2 == 0 { &one.id } else { &other.id };
+            let turn = "UPDATE jobs SET due_ms = (SELECT now_ms FROM clock) + CASE WHEN id = $1 THEN 0 ELSE 30000 END";
+            sqlx::query(turn).bind(victim).execute(&store.pool).await.unwrap();
+            assert_eq!(&claimed(&store).await.job.id, victim);
+            die(&store).await;
+            assert_eq!(state(&store, victim).await == State::Failed, step / 2 + 1 == MAX_DEATHS, "but not for ever");
+        }
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn deaths_use_up_no_tries_and_jobs_rest_after_them() {
+    on_every_database(async |_, store| {
+        submitted(&store, 0).await;
+        for seconds in [0, 1, 2] {
+            rested(&store).await;
+            claimed(&store).await;
+            die(&store).await;
+            let (rest, tries): (i64, i64) =
+                sqlx::query_as("SELECT due_ms - died_ms, tries FROM jobs").fetch_one(&store.pool).await.unwrap();
+            assert_eq!((rest, tries), (1000 * seconds, 0));
+        }
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn those_that_somebody_waits_for_come_before_batch_jobs_for_an_hour() {
+    on_every_database(async |_, store| {
+        let batch = NewJob { priority: Priority::Batch, ..NewJob::of(MATCH, "1") };
+        let (early, late) = (taken(&store, &batch).await, taken(&store, &batch).await);
+        let awaited = submitted(&store, 2).await;
+        assert_eq!(
+            (awaited.place, awaited.priority, early.priority),
+            (Some(1), Priority::Interactive, Priority::Batch)
+        );
+        assert_eq!(store.job(&late.id).await.unwrap().unwrap().place, Some(3));
+        assert_eq!(claimed(&store).await.job.id, awaited.id);
+        submitted(&store, 3).await;
+        let sql = "UPDATE jobs SET created_ms = created_ms - 3600000 WHERE id = $1";
+        sqlx::query(sql).bind(&early.id).execute(&store.pool).await.unwrap();
+        assert_ne!(claimed(&store).await.job.id, early.id, "of those whose turn it is somebody is waited for");
+        assert_eq!(claimed(&store).await.job.id, early.id);
+        assert_eq!(claimed(&store).await.job.id, late.id);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn tenants_take_turns_whoever_asks_for_more() {
+    on_every_database(async |_, store| {
+        let (acme, umbrella) = (store.of(&"acme".parse().unwrap()), store.of(&"umbrella".parse().unwrap()));
+        for number in 0..6 {
+            submitted(&acme, number).await;
+        }
+        let (first, second) = (submitted(&umbrella, 6).await, submitted(&umbrella, 7).await);
+        let whose = async || claimed(&store).await.job.tenant.to_string();
+        // By what runs.
+        assert_eq!([whose().await, whose().await, whose().await], ["acme", "umbrella", "acme"]);
+        assert_eq!(state(&umbrella, &first.id).await, State::Running);
+        // By who was served last, where nothing runs.
+        let done = "UPDATE jobs SET state = 'succeeded', started_ms = started_ms - CASE WHEN tenant = 'acme' THEN 1 ELSE 2 END \
+                    WHERE state = 'running'";
+        sqlx::query(done).execute(&store.pool).await.unwrap();
+        assert_eq!(claimed(&store).await.job.id, second.id);
+        assert_eq!([whose().await, whose().await], ["acme", "acme"]);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn a_clock_that_jumps_costs_a_try_and_loses_nothing() {
+    on_every_database(async |place, store| {
+        let job = submitted(&store, 0).await;
+        let lease = claimed(&store).await;
+        // A day on: the lease is over, and who had it changes nothing any more.
+        set_clock(&store, 86_400_000).await;
+        assert_eq!(store.reap().await.unwrap(), 1);
+        assert!(!store.succeed(&lease, Bytes::from_static(b"late")).await.unwrap());
+        let lease = claimed(&store).await;
+        assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Held);
+        assert_eq!(store.reap().await.unwrap(), 0);
+        // Back again: of who beats nothing is taken for long, and who died is not waited for until tomorrow.
+        set_clock(&store, 0).await;
+        assert_eq!(store.heartbeat(&lease, "map", 0.5).await.unwrap(), Heartbeat::Held);
+        assert_eq!(store.reap().await.unwrap(), 0);
+        set_clock(&store, -86_400_000).await;
+        assert_eq!(store.reap().await.unwrap(), 1);
+        // Nor is a rest as long as the clock is wrong.
+        set_clock(&store, -2 * 86_400_000).await;
+        let lease = claimed(&store).await;
+        assert!(store.succeed(&lease, Bytes::from_static(b"answer")).await.unwrap());
+        assert_eq!(store.result(&job.id).await.unwrap(), Some(Bytes::from_static(b"answer")));
+        let claim = store.take("spectrum").await.unwrap();
+        set_clock(&store, -3 * 86_400_000).await;
+        let other = if store.is_shared() { place.open().await } else { store.clone() };
+        assert!(claim.is_some() && other.take("spectrum").await.unwrap().is_some());
+    })
+    .await;
+}
+
+#[tokio::test]
 async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
     on_every_database(async |_, store| {
-        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, vertices) VALUES ('m', 'mesh', '{}', 0, 50)")
+        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, matched) VALUES ('m', 'mesh', '{}', 0, 50)")
             .execute(&store.pool)
             .await
             .unwrap();

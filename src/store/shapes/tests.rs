@@ -6,9 +6,12 @@ use serde_json::json;
 
 use super::*;
 use crate::mesh::TriangleMesh;
+use crate::mesh::formats::{Format, Limits};
+use crate::mesh::solids::star;
+use crate::mesh::validation::import;
 use crate::sketch::YAxis;
 use crate::store::testing::{ALL, fresh, on_every_database, open};
-use crate::store::{NewJob, Places, Submitted};
+use crate::store::{NewJob, Places, Source, Submitted};
 
 /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
 fn square(x: f64) -> FileMesh {
@@ -279,6 +282,30 @@ async fn a_shape_that_comes_with_a_job_is_kept_where_the_job_is_taken() {
         // What was uploaded before stays where the queue refuses.
         assert_eq!(store.submit_with(drawn().await, &job, full).await.unwrap(), Submitted::Full);
         assert!(store.shape(Kind::Sketch, &id).await.unwrap().is_some());
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn memory_is_weighed_by_the_vertices_that_are_computed_on() {
+    let whole = star(0.0);
+    let mut file = String::new();
+    for [x, y, z] in whole.positions() {
+        file += &format!("v {x} {y} {z}\n");
+    }
+    for [a, b, c] in whole.triangles().iter().map(|triangle| triangle.map(|v| v + 1)) {
+        file += &format!("f {a} {b} {c}\n");
+    }
+    let limits = Limits { triangles: whole.triangles().len() / 2, ..Limits::default() };
+    let mesh = import(file.as_bytes(), Format::Obj, &limits).unwrap().mesh;
+    let left = mesh.sound().positions().len();
+    on_every_database(async |_, store| {
+        let (shape, _) = store.insert_mesh(mesh.clone(), source("a"), None, json!({})).await.unwrap();
+        assert_eq!((shape.vertices, shape.matched), (whole.positions().len(), left));
+        assert!(left < shape.vertices * 2 / 3, "{left}");
+        let job = NewJob { mesh: Some(&shape.id), bytes_per_vertex: 10, ..NewJob::of("match", "{}") };
+        store.submit(&job, Places { queue: 1, of_kind: 1 }).await.unwrap();
+        assert_eq!(store.claim(&["match"], ALL).await.unwrap().unwrap().memory, 10 * left as u64);
     })
     .await;
 }

@@ -27,8 +27,27 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Required extensions that are read, or change no geometry.
-const KNOWN: [&str; 6] =
-    ["KHR_mesh_quantization", "KHR_lights_", "KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_xmp"];
+const KNOWN: [&str; 12] = [
+    "KHR_mesh_quantization",
+    "KHR_lights_",
+    "EXT_lights_",
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "MSFT_texture_",
+    "KHR_animation_",
+    "KHR_node_",
+    "KHR_audio",
+    "KHR_xmp",
+    "VRM",
+];
+
+/// Lists and members that nobody here reads, so that nothing in them is a reason against a file: textures whose pictures are
+/// an extension's business, for one.
+const UNREAD: [&str; 7] = ["animations", "cameras", "extensions", "images", "materials", "samplers", "textures"];
+const UNREAD_OF_NODE: [&str; 3] = ["camera", "extensions", "extras"];
+const UNREAD_OF_PRIMITIVE: [&str; 3] = ["material", "extensions", "extras"];
+
 /// Required extensions that compress geometry, by their names among people.
 const COMPRESSED: [(&str, &str); 3] = [
     ("KHR_draco_mesh_compression", "Draco"),
@@ -133,8 +152,7 @@ fn document(json: &[u8]) -> Result<Document, Refusal> {
     if members.get("meshes").is_some_and(Value::is_object) {
         return Err(of_version_1());
     }
-    // Nobody here reads them, so nothing in them is a reason against a file.
-    members.remove("animations");
+    leave_out_unread(&mut members);
     let mut root: Root = serde_json::from_value(members.into()).map_err(|error| unreadable(&error))?;
     root.extensions_required.retain(|name| !KNOWN.iter().any(|known| name.starts_with(known)));
     if let Some(name) = root.extensions_required.first() {
@@ -156,6 +174,23 @@ fn document(json: &[u8]) -> Result<Document, Refusal> {
         [accessor.min, accessor.max] = [Some(json!([0, 0, 0])), Some(json!([0, 0, 0]))];
     }
     Document::from_json(root).map_err(|error| unreadable(&error))
+}
+
+/// Takes out of a document what nobody here reads.
+fn leave_out_unread(document: &mut Map<String, Value>) {
+    UNREAD.iter().for_each(|name| drop(document.remove(*name)));
+    for node in objects(document, "nodes") {
+        UNREAD_OF_NODE.iter().for_each(|name| drop(node.remove(*name)));
+    }
+    for primitive in objects(document, "meshes").flat_map(|mesh| objects(mesh, "primitives")) {
+        UNREAD_OF_PRIMITIVE.iter().for_each(|name| drop(primitive.remove(*name)));
+    }
+}
+
+/// The objects in a list.
+fn objects<'a>(of: &'a mut Map<String, Value>, name: &str) -> impl Iterator<Item = &'a mut Map<String, Value>> {
+    let list = of.get_mut(name).and_then(Value::as_array_mut);
+    list.into_iter().flatten().filter_map(Value::as_object_mut)
 }
 
 /// The JSON with the number of the data in place of all data that stand in it, and those data.

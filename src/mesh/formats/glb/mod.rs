@@ -308,6 +308,17 @@ mod tests {
     }
 
     #[test]
+    fn what_is_not_read_is_no_reason_against_a_file() {
+        let (mut json, data) = square(4, &[0, 1, 2], json!([{"mesh": 0, "camera": 7}]));
+        // A texture whose picture an extension names, and a material that does not exist.
+        json["textures"] = json!([{"extensions": {"KHR_texture_basisu": {"source": 0}}}]);
+        json["materials"] = json!([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, {"alphaMode": "ODD"}]);
+        json["meshes"][0]["primitives"][0]["material"] = json!(5);
+        json["extensionsRequired"] = json!(["KHR_texture_basisu"]);
+        assert_eq!(reread(&json, &data).unwrap().faces().len(), 1);
+    }
+
+    #[test]
     fn counts_what_every_node_goes_through() {
         let limits = Limits { triangles: 10, ..Limits::default() };
         let shown = |mode: u8, indices: &[u16], times: usize| {
