@@ -50,7 +50,7 @@ test("an outline that is open is closed by a click", async ({ page }) => {
   const creature = await outline(page, "quadruped");
   await draw(
     page,
-    creature.filter((_, i) => i % 8 === 0 && i < 0.9 * creature.length),
+    creature.filter((_, i) => i % 6 === 0 && i < 0.6 * creature.length),
   );
   await page.getByRole("button", { name: "Close it for me" }).click();
   await expect(page.locator(".ink path")).toHaveCount(2);
