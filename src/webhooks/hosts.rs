@@ -44,7 +44,11 @@ pub struct Hosts {
 
 impl From<Vec<Host>> for Hosts {
     fn from(allowed: Vec<Host>) -> Hosts {
-        Hosts { allowed, ..Hosts::default() }
+        Hosts {
+            allowed,
+            #[cfg(test)]
+            plain: false,
+        }
     }
 }
 
