@@ -57,7 +57,7 @@ enum Command {
         #[arg(long, env = "SKETCHMATCH_TENANT", default_value_t)]
         tenant: Tenant,
         /// Make a new one first; the old one signs nothing from then on.
-        #[arg(long)]
+        #[arg(long, env = "SKETCHMATCH_RENEW")]
         renew: bool,
     },
     /// Makes a key for what another opens, which ends a while later.
