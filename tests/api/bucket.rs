@@ -110,10 +110,13 @@ async fn answer(
         }
         // Many are deleted together.
         Method::POST => {
-            for part in String::from_utf8_lossy(&body).split("<Key>").skip(1) {
-                objects.kept.remove(part.split("</Key>").next().unwrap_or_default());
-            }
-            "<DeleteResult></DeleteResult>".into_response()
+            let told = String::from_utf8_lossy(&body);
+            let names = told.split("<Key>").skip(1).map(|part| part.split("</Key>").next().unwrap_or_default());
+            let deleted = names.map(|name| {
+                objects.kept.remove(name);
+                format!("<Deleted><Key>{name}</Key></Deleted>")
+            });
+            format!("<DeleteResult>{}</DeleteResult>", deleted.collect::<String>()).into_response()
         }
         _ => StatusCode::METHOD_NOT_ALLOWED.into_response(),
     }
