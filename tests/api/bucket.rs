@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -11,10 +12,14 @@ use axum::response::{IntoResponse, Response};
 use reqwest::Client;
 use serde_json::{Value, json};
 use tokio::net::TcpListener;
+use tokio::time::timeout;
 
 use crate::drawings;
 use crate::program::{Program, end};
 use crate::server::{header, id, json_of, problem_of};
+
+/// What is waited for is there long before, also on a busy machine; it only keeps a fault from being waited for for ever.
+const LONGEST: Duration = Duration::from_secs(120);
 
 /// How the server behaves.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -186,10 +191,12 @@ async fn a_bucket_that_refuses_is_waited_for_and_what_it_tears_is_no_answer() {
     let waits = asked(&program, &client, &request).await;
     // Until it was tried, in vain.
     let measures = async || client.get(program.url("/metrics")).send().await.unwrap().text().await.unwrap();
-    while measures().await.contains("sketchmatch_jobs_total{kind=\"match\",outcome=\"postponed\"} 0") {}
+    let never = "sketchmatch_jobs_total{kind=\"match\",outcome=\"postponed\"} 0";
+    timeout(LONGEST, async { while measures().await.contains(never) {} }).await.expect("a job that is tried");
     bucket.be(Mood::Well);
     // A check that takes longer than its time on a busy machine says no.
-    while client.get(program.url("/readyz")).send().await.unwrap().status() != 200 {}
+    let status = async || client.get(program.url("/readyz")).send().await.unwrap().status();
+    timeout(LONGEST, async { while status().await != 200 {} }).await.expect("a server that is ready again");
     let ended = end(&program, &client, &waits).await;
     assert_eq!(ended["status"], "succeeded", "{ended}");
     let again = json_of(result(&waits).await, 200).await;
