@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::fmt;
 use std::sync::Arc;
 
 use axum::Router;
@@ -51,8 +52,15 @@ const HEADERS: [(HeaderName, &str); 4] = [
 ];
 
 /// The files of the page by their paths. Clones share them.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct FrontPage(Arc<BTreeMap<String, Bytes>>);
+
+/// How many files there are: what they hold is not for the log, which tells the configuration at the start.
+impl fmt::Debug for FrontPage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FrontPage").field("files", &self.0.len()).finish()
+    }
+}
 
 impl FrontPage {
     /// The page that is built into the program; of no files where none is.
