@@ -38,14 +38,14 @@ pub async fn observed(mut request: Request, next: Next) -> Response {
     let trace = trace_parent(request.headers());
     let method = request.method().to_string();
     let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
+    let parent = trace.as_ref().and_then(|value| value.to_str().ok());
     let span = tracing::info_span!(
         "request",
         method,
         path = request.uri().path(),
         request_id = request_id.to_str().unwrap_or_default(),
-        trace = trace.as_ref().and_then(|value| value.to_str().ok()),
+        trace = parent,
     );
-    let parent = trace.as_ref().and_then(|value| value.to_str().ok());
     if let Some(parent) = parent {
         traces::join(&span, parent);
     }

@@ -24,9 +24,13 @@ pub struct Webhook {
 
 /// What of `waiting`, `jobs` and `clock` is due. No rest is longer than the longest: what seems so was begun before the clock was
 /// set back.
-const DUE: &str = "FROM webhooks AS waiting JOIN jobs ON jobs.id = waiting.job CROSS JOIN clock \
-    WHERE jobs.state IN ('succeeded', 'failed', 'cancelled') \
-    AND (waiting.due_ms <= now_ms OR waiting.due_ms > now_ms + 3600000)";
+fn due() -> String {
+    format!(
+        "FROM webhooks AS waiting JOIN jobs ON jobs.id = waiting.job CROSS JOIN clock \
+         WHERE jobs.state IN ('succeeded', 'failed', 'cancelled') \
+         AND (waiting.due_ms <= now_ms OR waiting.due_ms > now_ms + {LONGEST_REST_MS})"
+    )
+}
 
 impl Store {
     /// The next call that is due, whosever it is, which then rests: 30 s after the first time, twice as long after each, up to an
@@ -36,14 +40,15 @@ impl Store {
     /// What the database said.
     pub async fn due_webhook(&self) -> Result<Option<Webhook>, StoreError> {
         // Whoever finds nothing is not to keep writers waiting.
-        let due = format!("SELECT waiting.job {DUE} LIMIT 1");
-        if sqlx::query(AssertSqlSafe(due)).fetch_optional(&self.pool).await?.is_none() {
+        let due = due();
+        let any = format!("SELECT waiting.job {due} LIMIT 1");
+        if sqlx::query(AssertSqlSafe(any)).fetch_optional(&self.pool).await?.is_none() {
             return Ok(None);
         }
         let sql = format!(
             "UPDATE webhooks SET tries = tries + 1, due_ms = (SELECT now_ms FROM clock) + \
              CASE WHEN tries >= 7 THEN $1 ELSE 30000 << CAST(tries AS INTEGER) END \
-             WHERE job = (SELECT waiting.job {DUE} ORDER BY waiting.due_ms, waiting.job LIMIT 1 {}) \
+             WHERE job = (SELECT waiting.job {due} ORDER BY waiting.due_ms, waiting.job LIMIT 1 {}) \
              RETURNING job, url, tries",
             self.engine.for_update_of("waiting")
         );

@@ -151,6 +151,14 @@ fn serving(data: &std::path::Path, address: &str) -> Program {
     Program::in_environment(data, &["--workers", "1", "--blob-url", "s3://sketches"], &variables)
 }
 
+/// The request for a match of two shapes that are there from now on.
+async fn uploaded(program: &Program, client: &Client) -> Value {
+    let mesh = client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, 30));
+    let sketch = client.post(program.url("/v1/sketches")).json(&drawings::ellipse());
+    let mesh = id(&json_of(mesh.send().await.unwrap(), 201).await);
+    json!({"mesh": mesh, "sketch": id(&json_of(sketch.send().await.unwrap(), 201).await)})
+}
+
 async fn asked(program: &Program, client: &Client, request: &Value) -> String {
     let answer = client.post(program.url("/v1/matches")).json(request).send().await.unwrap();
     json_of(answer, 202).await["links"]["self"].as_str().unwrap().to_owned()
@@ -161,10 +169,7 @@ async fn a_bucket_that_refuses_is_waited_for_and_what_it_tears_is_no_answer() {
     let (bucket, address) = Bucket::open().await;
     let (data, client) = (tempfile::tempdir().unwrap(), Client::new());
     let program = serving(data.path(), &address);
-    let mesh = client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, 30));
-    let sketch = client.post(program.url("/v1/sketches")).json(&drawings::ellipse());
-    let mesh = id(&json_of(mesh.send().await.unwrap(), 201).await);
-    let request = json!({"mesh": mesh, "sketch": id(&json_of(sketch.send().await.unwrap(), 201).await)});
+    let request = uploaded(&program, &client).await;
     let path = asked(&program, &client, &request).await;
     assert_eq!(end(&program, &client, &path).await["status"], "succeeded");
     let result = async |path: &str| client.get(program.url(&format!("{path}/result"))).send().await.unwrap();
@@ -209,10 +214,7 @@ async fn what_is_damaged_in_a_bucket_is_made_anew_or_said_to_be_lost() {
     let (bucket, address) = Bucket::open().await;
     let (data, client) = (tempfile::tempdir().unwrap(), Client::new());
     let program = serving(data.path(), &address);
-    let mesh = client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, 30));
-    let sketch = client.post(program.url("/v1/sketches")).json(&drawings::ellipse());
-    let mesh = id(&json_of(mesh.send().await.unwrap(), 201).await);
-    let request = json!({"mesh": mesh, "sketch": id(&json_of(sketch.send().await.unwrap(), 201).await)});
+    let request = uploaded(&program, &client).await;
     let mut answers = Vec::new();
     for _ in 0..2 {
         let path = asked(&program, &client, &request).await;

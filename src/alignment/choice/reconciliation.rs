@@ -39,6 +39,10 @@ pub fn reconciled(
         }
         best = known.better(best, start);
     }
+    // Moved as well it would be what is there.
+    if best.map == answer.map {
+        return Ok(None);
+    }
     let best = best.moved(scene, landmarks)?;
     Ok((known.price(&best) < known.price(moved) - MARGIN).then_some(best))
 }

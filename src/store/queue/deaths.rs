@@ -1,8 +1,10 @@
 //! What becomes of a job whose process ended before it did.
 
 use serde_json::Value;
+use sqlx::AssertSqlSafe;
 
 use super::LEASE_MS;
+use super::lease::LONGEST_REST_MS;
 use crate::store::{Store, StoreError, problem};
 
 /// How often in a row a job is to blame for the end of its process before it fails. It is where it ran alone, as it does after the first
@@ -33,17 +35,24 @@ impl Store {
     async fn reap_until(&self, end_ms: Option<i64>) -> Result<u64, StoreError> {
         let mut transaction = self.pool.begin().await?;
         // The times of others are those before this statement, or its own where it has come to them before.
-        let sql = "UPDATE jobs SET state = 'queued', revision = revision + 1, lease_ms = NULL, stage = NULL, fraction = 0, \
-                   started_ms = NULL, tries = tries - 1, deaths = deaths + 1, died_ms = (SELECT now_ms FROM clock), \
-                   due_ms = (SELECT now_ms FROM clock) + CASE WHEN deaths = 0 THEN 0 WHEN deaths > 6 THEN 60000 \
-                   ELSE 1000 << CAST(deaths - 1 AS INTEGER) END, \
-                   blamed = CASE WHEN deaths > 0 AND NOT EXISTS (SELECT 1 FROM jobs AS others \
-                   WHERE others.id <> jobs.id AND others.died_ms > jobs.died_ms) \
-                   AND NOT EXISTS (SELECT 1 FROM jobs AS others WHERE others.id <> jobs.id AND others.state = 'running' \
-                   AND others.lease_ms <= COALESCE($1, (SELECT now_ms FROM clock))) THEN blamed + 1 ELSE 0 END \
-                   WHERE state = 'running' AND (lease_ms <= COALESCE($1, (SELECT now_ms FROM clock)) \
-                   OR lease_ms > (SELECT now_ms FROM clock) + $2)";
-        let reaped = sqlx::query(sql).bind(end_ms).bind(LEASE_MS).execute(&mut *transaction).await?.rows_affected();
+        let sql = format!(
+            "UPDATE jobs SET state = 'queued', revision = revision + 1, lease_ms = NULL, stage = NULL, fraction = 0, \
+             started_ms = NULL, tries = tries - 1, deaths = deaths + 1, died_ms = (SELECT now_ms FROM clock), \
+             due_ms = (SELECT now_ms FROM clock) + CASE WHEN deaths = 0 THEN 0 WHEN deaths > 6 THEN {LONGEST_REST_MS} \
+             ELSE 1000 << CAST(deaths - 1 AS INTEGER) END, \
+             blamed = CASE WHEN deaths > 0 AND NOT EXISTS (SELECT 1 FROM jobs AS others \
+             WHERE others.id <> jobs.id AND others.died_ms > jobs.died_ms) \
+             AND NOT EXISTS (SELECT 1 FROM jobs AS others WHERE others.id <> jobs.id AND others.state = 'running' \
+             AND others.lease_ms <= COALESCE($1, (SELECT now_ms FROM clock))) THEN blamed + 1 ELSE 0 END \
+             WHERE state = 'running' AND (lease_ms <= COALESCE($1, (SELECT now_ms FROM clock)) \
+             OR lease_ms > (SELECT now_ms FROM clock) + $2)"
+        );
+        let reaped = sqlx::query(AssertSqlSafe(sql))
+            .bind(end_ms)
+            .bind(LEASE_MS)
+            .execute(&mut *transaction)
+            .await?
+            .rows_affected();
         if reaped == 0 {
             return Ok(0);
         }

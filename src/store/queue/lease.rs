@@ -22,7 +22,7 @@ const FIRST_REST: Duration = Duration::from_secs(1);
 
 const LONGEST_REST: Duration = Duration::from_secs(60);
 
-const LONGEST_REST_MS: i64 = LONGEST_REST.as_millis() as i64;
+pub(super) const LONGEST_REST_MS: i64 = LONGEST_REST.as_millis() as i64;
 
 /// How long a batch job stands behind those that somebody waits for, before it takes its turn among them.
 const LONGEST_BATCH_WAIT_MS: i64 = 3_600_000;
