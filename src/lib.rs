@@ -79,6 +79,10 @@ pub mod access;
 #[cfg(feature = "service")]
 pub mod traces;
 
+/// TLS of what goes out.
+#[cfg(feature = "service")]
+pub mod tls;
+
 /// Calls that tell others of the end of a job: to whom they may go, how they are signed and made.
 #[cfg(feature = "service")]
 pub mod webhooks;

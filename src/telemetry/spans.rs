@@ -7,6 +7,7 @@ use opentelemetry::trace::TracerProvider;
 use opentelemetry_otlp::SpanExporter;
 use opentelemetry_sdk::Resource;
 use opentelemetry_sdk::trace::SdkTracerProvider;
+use sketchmatch::tls;
 use tracing::{Level, Subscriber};
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::Targets;
@@ -38,6 +39,7 @@ where
     if !COLLECTORS.iter().any(|name| env::var_os(name).is_some_and(|value| !value.is_empty())) {
         return Ok(None);
     }
+    tls::provide();
     let exporter =
         SpanExporter::builder().with_http().build().context("spans cannot be sent as the environment says")?;
     let resource = Resource::builder().with_service_name("sketchmatch").build();

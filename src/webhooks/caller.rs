@@ -10,6 +10,7 @@ use tokio::net::lookup_host;
 
 use super::address::is_public;
 use super::{Hosts, Message};
+use crate::tls;
 
 /// How long a connection may take to be made, and the whole call with the head of its answer.
 const CONNECTING: Duration = Duration::from_secs(5);
@@ -42,6 +43,7 @@ impl Caller {
     /// A caller that goes to addresses within `reach` alone: what a name stands for is looked at when it is called, and the
     /// connection goes to what was looked at.
     fn within(hosts: Hosts, reach: fn(IpAddr) -> bool) -> Result<Caller, reqwest::Error> {
+        tls::provide();
         let client = Client::builder()
             .redirect(redirect::Policy::none())
             .no_proxy()

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio::time::timeout;
 
+use crate::client::client;
 use crate::drawings;
 use crate::program::{Program, end};
 use crate::server::{header, id, json_of, problem_of};
@@ -167,7 +168,7 @@ async fn asked(program: &Program, client: &Client, request: &Value) -> String {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_bucket_that_refuses_is_waited_for_and_what_it_tears_is_no_answer() {
     let (bucket, address) = Bucket::open().await;
-    let (data, client) = (tempfile::tempdir().unwrap(), Client::new());
+    let (data, client) = (tempfile::tempdir().unwrap(), client());
     let program = serving(data.path(), &address);
     let request = uploaded(&program, &client).await;
     let path = asked(&program, &client, &request).await;
@@ -212,7 +213,7 @@ async fn a_bucket_that_refuses_is_waited_for_and_what_it_tears_is_no_answer() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_damaged_in_a_bucket_is_made_anew_or_said_to_be_lost() {
     let (bucket, address) = Bucket::open().await;
-    let (data, client) = (tempfile::tempdir().unwrap(), Client::new());
+    let (data, client) = (tempfile::tempdir().unwrap(), client());
     let program = serving(data.path(), &address);
     let request = uploaded(&program, &client).await;
     let mut answers = Vec::new();

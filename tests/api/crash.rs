@@ -8,6 +8,7 @@ use reqwest::Client;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 
+use crate::client::client;
 use crate::drawings;
 use crate::program::{Program, end};
 use crate::server::{id, json_of};
@@ -29,7 +30,7 @@ async fn queued(program: &Program, client: &Client, count: usize) -> Vec<String>
 #[tokio::test(flavor = "multi_thread")]
 async fn every_match_of_a_killed_server_ends_with_one_result() {
     let data = tempfile::tempdir().unwrap();
-    let client = Client::new();
+    let client = client();
     let mut program = Program::start(data.path(), 2);
     let paths = queued(&program, &client, 12).await;
     assert_eq!(end(&program, &client, &paths[0]).await["status"], "succeeded");
@@ -52,7 +53,7 @@ async fn every_match_of_a_killed_server_ends_with_one_result() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_server_whose_terminal_is_gone_goes_on() {
     let data = tempfile::tempdir().unwrap();
-    let client = Client::new();
+    let client = client();
     let mut program = Program::start(data.path(), 1);
     let pid = Pid::from_child(&program.child);
     kill_process(pid, Signal::HUP).unwrap();
@@ -65,7 +66,7 @@ async fn a_server_whose_terminal_is_gone_goes_on() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
     let data = tempfile::tempdir().unwrap();
-    let client = Client::new();
+    let client = client();
     let mut program = Program::start(data.path(), 2);
     let paths = queued(&program, &client, 6).await;
     let pid = Pid::from_child(&program.child);
@@ -86,7 +87,7 @@ async fn a_terminated_server_ends_in_peace_and_loses_nothing() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_kept_is_readable_by_the_server_alone() {
     let data = tempfile::tempdir().unwrap();
-    let client = Client::new();
+    let client = client();
     let program = Program::start(&data.path().join("made"), 1);
     let paths = queued(&program, &client, 1).await;
     end(&program, &client, &paths[0]).await;

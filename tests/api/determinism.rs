@@ -8,6 +8,7 @@ use reqwest::Client;
 use serde_json::{Value, json};
 use sketchmatch::example::{self, SIZES};
 
+use crate::client::client;
 use crate::program::{Program, end};
 use crate::server::{id, json_of};
 
@@ -35,7 +36,7 @@ struct Asked {
 
 impl Asked {
     fn start(data: &Path, workers: usize) -> Asked {
-        Asked { program: Program::start(data, workers), client: Client::new() }
+        Asked { program: Program::start(data, workers), client: client() }
     }
 
     async fn read(&self, path: &str, accept: &str) -> (u16, Bytes) {

@@ -5,9 +5,9 @@ use std::io::{Write, stderr};
 use std::path::Path;
 use std::process::Command;
 
-use reqwest::Client;
 use serde_json::json;
 
+use crate::client::client;
 use crate::drawings;
 use crate::program::{Program, end};
 use crate::server::{id, json_of, problem_of};
@@ -47,7 +47,7 @@ const SIZE: u64 = 160 << 20;
 #[tokio::test(flavor = "multi_thread")]
 async fn a_full_disk_is_told_of_and_outlived() {
     let Some(disk) = Disk::of(SIZE) else { return };
-    let client = Client::new();
+    let client = client();
     let program = Program::start(&disk.path().join("data"), 1);
     let mesh = async |rings| {
         let upload = client.post(program.url("/v1/meshes?format=obj")).body(drawings::ellipsoid(40, rings));

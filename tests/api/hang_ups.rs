@@ -8,6 +8,7 @@ use std::{fs, thread};
 use image::{GrayImage, ImageFormat, Luma};
 use reqwest::Client;
 
+use crate::client::client;
 use crate::drawings::encoded;
 use crate::program::Program;
 
@@ -39,7 +40,7 @@ fn peak(program: &Program) -> u64 {
 async fn pictures_whose_senders_hang_up_are_read_one_after_the_other() {
     let data = tempfile::tempdir().unwrap();
     let program = Program::with(data.path(), &["--max-reading-bytes", &RECKONED.to_string()]);
-    let client = Client::new();
+    let client = client();
     let before = peak(&program);
     let picture = GrayImage::from_fn(SIDE, SIDE, |x, y| Luma([if x > 99 && y > 99 && x + y < SIDE { 0 } else { 255 }]));
     let picture = encoded(picture, ImageFormat::Png);

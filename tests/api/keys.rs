@@ -5,9 +5,10 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, SystemTime};
 
-use reqwest::{Client, Response, StatusCode};
+use reqwest::{Response, StatusCode};
 use serde_json::json;
 
+use crate::client::client;
 use crate::drawings;
 use crate::program::Program;
 use crate::server::{Server, header, json_of, problem_of};
@@ -100,7 +101,7 @@ async fn keys_are_made_rotated_and_revoked_beside_the_server() {
     // Before there is a server, too.
     let (_, first) = program(&["keys", "add", "--tenant", "acme"], data.path());
     let server = Program::start(data.path(), 1);
-    let client = Client::new();
+    let client = client();
     let status =
         async |key: &str| client.get(server.url("/v1/meshes")).bearer_auth(key).send().await.unwrap().status().as_u16();
     assert_eq!((status(&first).await, status("none").await), (200, 401));
@@ -127,7 +128,7 @@ async fn a_file_of_keys_is_read_again_when_it_changes() {
     fs::write(&file, "first\nacme:reader:read\n").unwrap();
     let options = ["--api-keys", file.to_str().unwrap(), "--metrics-listen", "127.0.0.1:0"];
     let server = Program::with(&data.path().join("data"), &options);
-    let client = Client::new();
+    let client = client();
     let status = async |key: &str| {
         let upload = client.post(server.url("/v1/sketches")).bearer_auth(key).json(&drawings::ellipse());
         upload.send().await.unwrap().status().as_u16()

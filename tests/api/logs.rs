@@ -5,9 +5,9 @@ use std::net::TcpListener;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use reqwest::Client;
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::client::client;
 use crate::program::Program;
 
 /// More lines than a pipe and what waits beside it hold.
@@ -17,7 +17,7 @@ const REQUESTS: usize = 6000;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 async fn answers_and_stops(program: &mut Program) {
-    let client = Client::new();
+    let client = client();
     for _ in 0..REQUESTS {
         assert!(client.get(program.url("/healthz")).send().await.unwrap().status().is_success());
     }
@@ -55,7 +55,7 @@ async fn a_full_device_keeps_no_server_from_starting_and_its_losses_are_counted(
         .stderr(Stdio::from(File::options().write(true).open("/dev/full").unwrap()))
         .spawn()
         .unwrap();
-    let client = Client::new();
+    let client = client();
     let since = Instant::now();
     let lost = loop {
         assert!(since.elapsed() < PATIENCE && child.try_wait().unwrap().is_none());

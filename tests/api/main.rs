@@ -2,6 +2,7 @@
 
 mod bad_inputs;
 mod bucket;
+mod client;
 mod command_line;
 mod connections;
 mod crash;

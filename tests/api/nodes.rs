@@ -9,6 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+use crate::client::client;
 use crate::drawings;
 use crate::program::{Program, end};
 use crate::schema::Schema;
@@ -74,7 +75,7 @@ fn files(folder: &Path) -> usize {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_asked_of_one_node_another_computes_and_a_third_answers() {
     let Some(shared) = Shared::fresh().await else { return };
-    let (one, two, client) = (shared.serve("one"), shared.serve("two"), Client::new());
+    let (one, two, client) = (shared.serve("one"), shared.serve("two"), client());
     let request = uploaded(&client, &one).await;
     let mut workers: Vec<Worker> = (0..2).map(|_| shared.work()).collect();
     let mut paths = Vec::new();
@@ -104,7 +105,7 @@ async fn what_is_asked_of_one_node_another_computes_and_a_third_answers() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_node_that_is_told_to_stop_gives_its_jobs_back() {
     let Some(shared) = Shared::fresh().await else { return };
-    let client = Client::new();
+    let client = client();
     let idle = shared.serve("idle");
     let request = uploaded(&client, &idle).await;
     let mut worker = shared.work();

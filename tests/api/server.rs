@@ -16,6 +16,7 @@ use tempfile::TempDir;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::{CancellationToken, DropGuard};
 
+use crate::client::client;
 use crate::drawings;
 
 /// A running server; it stops when dropped.
@@ -57,7 +58,7 @@ impl Server {
         let measures = PrometheusBuilder::new().build_recorder().handle();
         let app = App::new(store.clone(), config, measures, shutdown.clone());
         tokio::spawn(http::serve(listener, app));
-        Server { client: Client::new(), address, store, _stop: shutdown.drop_guard(), data }
+        Server { client: client(), address, store, _stop: shutdown.drop_guard(), data }
     }
 
     /// Lets every request that names no key come with this one.
@@ -68,7 +69,7 @@ impl Server {
 
     /// A request with this key or none.
     pub fn request_with(&self, key: Option<&str>, method: &str, path: &str) -> RequestBuilder {
-        let request = Client::new().request(method.parse().unwrap(), format!("{}{path}", self.address));
+        let request = client().request(method.parse().unwrap(), format!("{}{path}", self.address));
         match key {
             Some(key) => request.bearer_auth(key),
             None => request,

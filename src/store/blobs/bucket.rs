@@ -6,6 +6,7 @@ use object_store::prefix::PrefixStore;
 use object_store::{ClientConfigKey, ObjectStore, RetryConfig};
 
 use crate::store::StoreError;
+use crate::tls;
 
 /// How long a connection may take to be made.
 const CONNECTING: &str = "5 seconds";
@@ -26,6 +27,7 @@ pub(super) fn objects(bucket: &str, prefix: &str) -> Result<Arc<dyn ObjectStore>
         .with_config(AmazonS3ConfigKey::Client(ClientConfigKey::Timeout), LONGEST)
         .with_retry(retry)
         .with_bucket_name(bucket);
+    tls::provide();
     let objects = builder.build()?;
     Ok(if prefix.is_empty() { Arc::new(objects) } else { Arc::new(PrefixStore::new(objects, prefix)) })
 }
