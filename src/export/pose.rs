@@ -8,7 +8,8 @@ use serde::Deserialize;
 
 use super::{Unwritten, picture};
 use crate::mesh::file_mesh::FileMesh;
-use crate::picture::{posed_glb, posed_png};
+use crate::mesh::formats::Appearance;
+use crate::picture::{posed_glb, posed_glb_in, posed_png};
 use crate::posing::Basis;
 use crate::sketch::Sketch;
 
@@ -89,14 +90,22 @@ fn vertex(written: &mut Vec<u8>, [x, y, z]: &[f64; 3]) {
     let _ = write!(written, "v {x} {y} {z}");
 }
 
-/// All frames of a result as glTF 2.0 binary, in white: one is the mesh in its pose, several are morph targets of the mesh at
-/// rest with an animation through them. Vertices and triangles are those of the user's file.
+/// All frames of a result as glTF 2.0 binary: one is the mesh in its pose, several are morph targets of the mesh at rest with an
+/// animation through them. Vertices and triangles are those of the user's file. Where that was glTF, binary or not, its texture
+/// coordinates, materials and textures stay; else the mesh is white.
 ///
 /// # Errors
 /// A result that cannot be read; what the encoder reports.
-pub fn glb(result: &[u8], mesh: &FileMesh) -> Result<Bytes, Unwritten> {
+pub fn glb(result: &[u8], mesh: &FileMesh, file: Option<&[u8]>) -> Result<Bytes, Unwritten> {
     let poses: Poses = serde_json::from_slice(result)?;
     let places: Vec<Vec<[f64; 3]>> = poses.frames.iter().map(Frame::places).collect();
+    // A file that was read once and cannot be now is no reason against the pose.
+    let appearance = file.and_then(|file| Appearance::of(file).ok().flatten());
+    if let Some(appearance) = appearance
+        && let Some(written) = posed_glb_in(mesh, appearance, &places)?
+    {
+        return Ok(written.into());
+    }
     Ok(posed_glb(mesh, &places)?.into())
 }
 

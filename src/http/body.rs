@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use axum::body::{Body, BodyDataStream};
-use axum::extract::{FromRequest, Multipart, Request};
+use axum::extract::{DefaultBodyLimit, FromRequest, Multipart, Request};
 use axum::http::{HeaderMap, StatusCode, header};
 use bytes::Bytes;
 use futures::StreamExt;
@@ -128,6 +128,8 @@ async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Probl
     app.enlarge(&mut memory, 2 * bytes.len())?;
     let mut form = Request::new(Body::from(bytes));
     form.headers_mut().extend(content_type.map(|value| (header::CONTENT_TYPE, value)));
+    // The limit has been kept; the extractor's own is 2 MB.
+    DefaultBodyLimit::disable().apply(&mut form);
     let broken = |error: String| Problem::malformed(Fault::at_place("body", error));
     let mut form = Multipart::from_request(form, &()).await.map_err(|error| broken(error.body_text()))?;
     let mut file = None;

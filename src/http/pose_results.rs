@@ -24,6 +24,7 @@ use crate::posing::outcome::{HandleWeights, PoseResult};
 use crate::store::Kind;
 
 const OBJ: &str = Format::Obj.media_type();
+const GLTF: &str = Format::Gltf.media_type();
 
 /// Which frame is answered.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
@@ -39,7 +40,7 @@ pub struct FrameQuery {
 ///
 /// JSON holds all of it. By `Accept`, `model/obj` answers one frame as the file that was uploaded, if it was an OBJ, with its
 /// vertices in their new places, and `model/gltf-binary` all of them: one as the mesh, several as morph targets with an
-/// animation.
+/// animation, with the texture coordinates, materials and textures of the file where that was glTF.
 #[utoipa::path(
     get, path = "/v1/poses/{id}/result", operation_id = "read_pose_result", tag = "poses",
     params(("id" = String, Path), FrameQuery),
@@ -64,10 +65,15 @@ pub async fn read(
     let made_of = (result.clone(), format!("frame {frame}"));
     let fetched = async {
         let mesh = shapes::mesh(&app, &contents.mesh).await?;
-        let file = app.store.file(Kind::Mesh, &contents.mesh).await?.filter(|file| file.media_type == OBJ);
-        Ok(move |media_type| match media_type {
-            OBJ => pose::obj(&result, frame, &mesh, file.as_ref().map(|file| file.bytes.as_ref())),
-            _ => pose::glb(&result, &mesh),
+        let file = app.store.file(Kind::Mesh, &contents.mesh).await?;
+        Ok(move |media_type| {
+            let of = |kinds: &[&str]| {
+                file.as_ref().filter(|file| kinds.contains(&file.media_type.as_str())).map(|file| file.bytes.as_ref())
+            };
+            match media_type {
+                OBJ => pose::obj(&result, frame, &mesh, of(&[OBJ])),
+                _ => pose::glb(&result, &mesh, of(&[GLB, GLTF])),
+            }
         })
     };
     wanted.answer_made_of(&app, made_of, fetched).await

@@ -30,6 +30,7 @@ use image::ImageError;
 use crate::geometry::frame::Frame;
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::formats::Appearance;
 use crate::mesh::refusal::Refusal;
 use crate::sketch::Sketch;
 use colour::Colour;
@@ -194,6 +195,18 @@ pub fn mesh_glb(mesh: &FileMesh) -> Result<Vec<u8>, gltf::Error> {
 /// What the encoder reports: the file would be larger than 4 GiB.
 pub fn posed_glb(mesh: &FileMesh, poses: &[Vec<[f64; 3]>]) -> Result<Vec<u8>, gltf::Error> {
     glb::file(mesh, &vec![Colour::WHITE; mesh.sound().positions().len()], poses)
+}
+
+/// The mesh as [`posed_glb`] in the appearance its own file gave it; nothing where the file's vertices are others.
+///
+/// # Errors
+/// What the encoder reports: the file would be larger than 4 GiB.
+pub fn posed_glb_in(
+    mesh: &FileMesh,
+    appearance: Appearance,
+    poses: &[Vec<[f64; 3]>],
+) -> Result<Option<Vec<u8>>, gltf::Error> {
+    glb::in_appearance(mesh, appearance, poses)
 }
 
 #[cfg(test)]

@@ -45,6 +45,17 @@ async fn a_mesh_comes_raw_or_in_a_form_and_tells_its_format() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_form_may_be_as_large_as_a_raw_body() {
+    let server = Server::idle(Config { max_upload_bytes: 5 << 20, ..Config::default() }).await;
+    let form = |length: usize| {
+        let mesh = format!("{}{}", ellipsoid(8, 6), "# a line of nothing\n".repeat(length / 20));
+        server.post("/v1/meshes").multipart(Form::new().part("file", Part::text(mesh).file_name("ellipsoid.obj")))
+    };
+    json_of(form(4 << 20).send().await.unwrap(), 201).await;
+    assert_eq!(problem_of(form(6 << 20).send().await.unwrap(), 413).await["status"], 413);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_sketch_keeps_the_coordinates_of_its_upload() {
     let server = Server::idle(Config::default()).await;
     let outline = server.post("/v1/sketches").json(&ellipse()).send().await.unwrap();

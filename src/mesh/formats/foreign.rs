@@ -14,7 +14,7 @@ const HEAD: usize = 1 << 10;
 
 const EXPORT: &str = "export it as GLB, OBJ, PLY or STL from the program that made it";
 const UNPACK: &str = "unpack it and send the mesh inside";
-const DRAWING: &str = "it is a picture: send it to /v1/sketches, or export the mesh itself";
+const DRAWING: &str = "drawings go to /v1/sketches; of a mesh send the mesh itself";
 
 /// How files begin, what they are and what to do.
 const BEGINNINGS: [(&[u8], &str, &str); 26] = [

@@ -9,6 +9,8 @@ mod stl;
 mod text;
 mod weld;
 
+pub use glb::appearance::Appearance;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -18,8 +18,8 @@ export function Colours() {
     if (canvas.current)
       paint(canvas.current, drawing.value.frame, flat && points && { ...flat, points }, sketchColours.value);
   });
-  const isPast = answer.value !== null && answer.value.reading.of !== drawing.value;
-  return <canvas ref={canvas} class={`colours ${isPast ? "past" : ""}`} aria-hidden="true" />;
+  const state = !answer.value ? "none" : answer.value.reading.of !== drawing.value ? "past" : "";
+  return <canvas ref={canvas} class={`colours ${state}`} aria-hidden="true" />;
 }
 
 function paint(canvas: HTMLCanvasElement, frame: Box, flat: Flat | undefined, colours: Uint8Array | null) {

@@ -80,17 +80,7 @@ impl Container {
     }
 
     fn of_binary(bytes: &[u8]) -> Result<Container, Refusal> {
-        let word =
-            |at: usize| bytes.get(at..at + 4).and_then(|w| w.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
-        if bytes.len() < PREAMBLE || !looks_binary(bytes) || word(8) < PREAMBLE {
-            return Err(refusal("it is no binary gltf file"));
-        }
-        admit_json(word(12))?;
-        if word(4) == 1 {
-            return Err(of_version_1());
-        }
-        // What follows the length that the header states is none of the file.
-        let glb = Glb::from_slice(&bytes[..bytes.len().min(word(8))]).map_err(|error| unreadable(&error))?;
+        let glb = binary(bytes)?;
         let document = document(&glb.json)?;
         let whole = glb.bin.unwrap_or_default().into_owned();
         let mut whole = Some(whole);
@@ -123,6 +113,30 @@ impl Container {
     }
 }
 
+/// The parts of a binary file.
+pub(super) fn binary(bytes: &[u8]) -> Result<Glb<'_>, Refusal> {
+    let word = |at: usize| bytes.get(at..at + 4).and_then(|w| w.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
+    if bytes.len() < PREAMBLE || !looks_binary(bytes) || word(8) < PREAMBLE {
+        return Err(refusal("it is no binary gltf file"));
+    }
+    admit_json(word(12))?;
+    if word(4) == 1 {
+        return Err(of_version_1());
+    }
+    // What follows the length that the header states is none of the file.
+    Glb::from_slice(&bytes[..bytes.len().min(word(8))]).map_err(|error| unreadable(&error))
+}
+
+/// All members of a file's JSON.
+pub(super) fn members(bytes: &[u8]) -> Result<Map<String, Value>, Refusal> {
+    if looks_like_json(bytes) { parsed(bytes) } else { parsed(&binary(bytes)?.json) }
+}
+
+fn parsed(json: &[u8]) -> Result<Map<String, Value>, Refusal> {
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    serde_json::from_slice(json).map_err(|error| unreadable(&error))
+}
+
 fn admit_json(bytes: usize) -> Result<(), Refusal> {
     if bytes <= LONGEST_JSON {
         return Ok(());
@@ -146,8 +160,7 @@ fn of_version_1() -> Refusal {
 
 /// The document of a JSON.
 fn document(json: &[u8]) -> Result<Document, Refusal> {
-    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
-    let mut members: Map<String, Value> = serde_json::from_slice(json).map_err(|error| unreadable(&error))?;
+    let mut members = parsed(json)?;
     // Of version 1.0 all lists are objects.
     if members.get("meshes").is_some_and(Value::is_object) {
         return Err(of_version_1());
@@ -188,7 +201,10 @@ fn leave_out_unread(document: &mut Map<String, Value>) {
 }
 
 /// The objects in a list.
-fn objects<'a>(of: &'a mut Map<String, Value>, name: &str) -> impl Iterator<Item = &'a mut Map<String, Value>> {
+pub(super) fn objects<'a>(
+    of: &'a mut Map<String, Value>,
+    name: &str,
+) -> impl Iterator<Item = &'a mut Map<String, Value>> {
     let list = of.get_mut(name).and_then(Value::as_array_mut);
     list.into_iter().flatten().filter_map(Value::as_object_mut)
 }

@@ -2,12 +2,13 @@
 //! its nodes.
 
 mod accessors;
+pub(super) mod appearance;
 mod container;
 mod matrix;
 mod skin;
 
 use gltf::mesh::Mode;
-use gltf::{Document, Node, Primitive, Semantic};
+use gltf::{Document, Mesh, Node, Primitive, Semantic};
 
 use super::{Polygons, admit};
 use crate::mesh::refusal::{Place, Refusal};
@@ -26,30 +27,38 @@ pub(super) fn looks_like_json(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal> {
     let container = Container::open(bytes)?;
     let document = &container.document;
-    let roots = shown(document);
     let worlds = worlds(document)?;
     let skins = document.skins().map(|skin| Bones::of(&skin, &worlds, &container)).collect::<Result<Vec<_>, _>>();
     let skins = skins.map_err(refusal)?;
     let mut read = Read { polygons, primitives: 0, indices: 0, container: &container };
-    let mut visited = vec![false; worlds.len()];
-    let mut pending: Vec<Node> = roots.into_iter().rev().collect();
+    walk(document, |node, primitive, mesh| {
+        // A skin places its vertices itself: its node's transform does not count.
+        let bones = node.skin().and_then(|skin| skins[skin.index()].as_ref());
+        let transform = if node.skin().is_some() { IDENTITY } else { worlds[node.index()] };
+        let place = format!("primitive {} of mesh {}", primitive.index(), mesh.index());
+        read.primitive(primitive, &transform, bones, &place)
+    })?;
+    Ok(read.polygons)
+}
+
+/// Goes through the primitives of what is shown, in the order of a walk through the nodes.
+fn walk<'a>(
+    document: &'a Document,
+    mut visit: impl FnMut(&Node<'a>, &Primitive<'a>, &Mesh<'a>) -> Result<(), Refusal>,
+) -> Result<(), Refusal> {
+    let mut visited = vec![false; document.nodes().len()];
+    let mut pending: Vec<Node> = shown(document).into_iter().rev().collect();
     while let Some(node) = pending.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(twice(&node));
         }
         if let Some(mesh) = node.mesh() {
-            // A skin places its vertices itself: its node's transform does not count.
-            let bones = node.skin().and_then(|skin| skins[skin.index()].as_ref());
-            let transform = if node.skin().is_some() { IDENTITY } else { worlds[node.index()] };
-            for primitive in mesh.primitives() {
-                let place = format!("primitive {} of mesh {}", primitive.index(), mesh.index());
-                read.primitive(&primitive, &transform, bones, &place)?;
-            }
+            mesh.primitives().try_for_each(|primitive| visit(&node, &primitive, &mesh))?;
         }
         let children: Vec<Node> = node.children().collect();
         pending.extend(children.into_iter().rev());
     }
-    Ok(read.polygons)
+    Ok(())
 }
 
 fn refusal(detail: impl Into<String>) -> Refusal {
@@ -151,6 +160,11 @@ impl Read<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether a primitive of this mode is a surface.
+fn is_of_triangles(mode: Mode) -> bool {
+    matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
 }
 
 fn triangles_of_list(indices: &[u32]) -> Vec<[u32; 3]> {
