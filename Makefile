@@ -1,4 +1,4 @@
-.PHONY: run web test test-web soak deployments context bench bench-peer
+.PHONY: run web test test-web soak traces deployments context bench bench-peer
 
 # Whether the page can be built here, by Node 20.19 or later, and looked at.
 FITS := const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)
@@ -35,17 +35,26 @@ test-web: web
 	cd web && SKETCHMATCH=../target/debug/sketchmatch CHROMIUM=$(CHROMIUM) npm test
 
 # What takes too long for every change: nodes killed, cut off and refused while they work, by PostgreSQL and an S3 server and by
-# SQLite, and how fast 1, 2 and 4 are. Needs PostgreSQL with psql, Python 3 and the network. SOAK_ARGS: --jobs 200.
+# SQLite, watched by a Prometheus; one asked for ten times what it can do; and how fast 1, 2 and 4 are. Needs PostgreSQL with psql,
+# Prometheus with promtool, Python 3 and the network. SOAK_ARGS: --jobs 200.
 soak:
 	cargo build --release --locked
 	test -d target/soak-venv || python3 -m venv target/soak-venv
 	target/soak-venv/bin/pip install --quiet 'moto[s3,server]'
-	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch $(SOAK_ARGS)
+	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --watched $(SOAK_ARGS)
 	target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --sqlite $(SOAK_ARGS)
+	target/soak-venv/bin/python scripts/overload.py target/release/sketchmatch
 	target/soak-venv/bin/python scripts/tenants.py target/release/sketchmatch
 	for nodes in 1 2 4; do \
 		target/soak-venv/bin/python scripts/chaos.py --program target/release/sketchmatch --calm --nodes $$nodes $(SOAK_ARGS) || exit 1; \
 	done
+
+# One match as a collector of OpenTelemetry has it, from the request to the store. Needs Python 3 and the network.
+traces:
+	cargo build --locked --features otel
+	test -d target/traces-venv || python3 -m venv target/traces-venv
+	target/traces-venv/bin/pip install --quiet opentelemetry-proto
+	target/traces-venv/bin/python scripts/traces.py target/debug/sketchmatch
 
 # What is in deploy/, by schemas. Needs Python 3 and the network.
 deployments:

@@ -1,21 +1,24 @@
 #!/usr/bin/env python3
 """Has nodes work on many small jobs while they are killed, cut off from their database and refused by their blobs; then counts.
 
-    python3 scripts/chaos.py --program target/release/sketchmatch [--jobs 2000] [--nodes 3] [--calm]
-    python3 scripts/chaos.py --program target/release/sketchmatch --sqlite [--jobs 2000] [--calm]
+    python3 scripts/chaos.py --program target/release/sketchmatch [--jobs 2000] [--nodes 3] [--calm] [--watched]
+    python3 scripts/chaos.py --program target/release/sketchmatch --sqlite [--jobs 2000] [--calm] [--watched]
 
 Every second a node drawn by chance is killed (kill -9) and started again. With PostgreSQL and an S3 server, each reached by
 way of a gate: three times all connections to the database are cut, and for 30 s the S3 server takes none. With --sqlite it is
 one node over a directory of its own, killed every three seconds: as long as one of three lives. Afterwards, with no node running,
 the blobs are swept. It fails unless every job that was
 accepted succeeded, was published once, and no blob is left that no row names. With --calm nothing is done to the nodes: how
-many jobs a second they do.
+many jobs a second they do. With --watched a Prometheus scrapes the nodes meanwhile, and it fails unless every panel of the
+dashboard has something to show and every alert could be evaluated.
 
 Needs a PostgreSQL in which databases can be made (--database), `psql`, and the Python package `moto[s3,server]`; --sqlite needs
-neither.
+neither. --watched needs `prometheus` and `promtool`.
 """
 import argparse, collections, contextlib, json, math, os, random, shutil, signal, socket, sqlite3, subprocess, sys, tempfile
 import threading, time, urllib.error, urllib.parse, urllib.request
+sys.path.insert(0, os.path.dirname(__file__))
+from watching import Watch
 
 BUCKET = 'sketches'
 REFUSAL = 30  # seconds that the S3 server takes no connections
@@ -174,8 +177,9 @@ class SQLite:
 
 class Node:
     def __init__(self, program, number, store, scratch):
-        self.port, self.log = free_port(), open(os.path.join(scratch, f'node-{number}.log'), 'ab')
-        self.command = [program, 'serve', '--workers', '1', '--listen', f'127.0.0.1:{self.port}', '--max-queue', '100000', *store.options]
+        self.port, self.measures, self.log = free_port(), free_port(), open(os.path.join(scratch, f'node-{number}.log'), 'ab')
+        self.command = [program, 'serve', '--workers', '1', '--listen', f'127.0.0.1:{self.port}',
+                        '--metrics-listen', f'127.0.0.1:{self.measures}', '--max-queue', '100000', *store.options]
         self.environment = {**os.environ, **store.environment, 'MALLOC_ARENA_MAX': '2'}
         self.start()
 
@@ -225,15 +229,17 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument('--program', required=True); p.add_argument('--jobs', type=int, default=2000); p.add_argument('--nodes', type=int, default=3)
     p.add_argument('--sqlite', action='store_true'); p.add_argument('--calm', action='store_true'); p.add_argument('--seed', type=int, default=1)
+    p.add_argument('--watched', action='store_true')
     p.add_argument('--database', default='postgres://postgres@127.0.0.1:5432/postgres'); p.add_argument('--patience', type=float, default=3600)
     o = p.parse_args(); chance = random.Random(o.seed)
     scratch = tempfile.mkdtemp(prefix='sketchmatch-chaos-')
     store = (SQLite if o.sqlite else PostgreSQL)(o, scratch)
-    nodes = []
+    nodes, watch = [], None
     try:
         nodes += [Node(o.program, number, store, scratch) for number in range(1 if o.sqlite else o.nodes)]
         asked(nodes, 'GET', '/readyz')
         store.watch()
+        if o.watched: watch = Watch([node.measures for node in nodes], free_port(), scratch)
         shapes = []
         for i in range(5):
             mesh = asked(nodes, 'POST', '/v1/meshes?format=obj', ellipsoid(8, 5, 1 + i / 10).encode())
@@ -258,6 +264,7 @@ def main():
         took = time.time() - begun
         for thread in clients: thread.join(timeout=60)
         if trouble: trouble.join(timeout=60)
+        words, unseen = watch.seen() if watch else ('', [])
         for node in nodes: node.process.send_signal(signal.SIGTERM)
         for node in nodes: node.process.wait(timeout=60)
         environment = {**os.environ, **store.environment}
@@ -275,11 +282,13 @@ def main():
         for line in [f'{kills} kills (kill -9)'] * bool(kills) + told: print('  ' + line)
         print(f'  {tries[1]} attempts, at most {tries[0]} of one job; {swept.stdout.strip()}')
         print(f'  {len(lost)} lost, {len(twice)} published twice, {len(orphans)} orphan blobs after the sweep, {len(missing)} blobs missing')
+        if watch: print('  ' + words)
         good = len(ids) == sum(states.values()) == states['succeeded'] == len(published) == o.jobs
-        if not good or lost or twice or orphans or missing: sys.exit(f'FAILED; logs of the nodes in {scratch}')
+        if not good or lost or twice or orphans or missing or unseen: sys.exit(f'FAILED {"; ".join(unseen)}; logs of the nodes in {scratch}')
         shutil.rmtree(scratch)
     finally:
         for node in nodes: node.kill()
+        if watch: watch.close()
         store.close()
 
 

@@ -78,9 +78,9 @@ def main():
                 last = time.time(); memory.append(int(open(f'/proc/{server.pid}/statm').read().split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2 ** 20)
             time.sleep(0.02)
         took = time.time() - begun
-        ends = collections.Counter()
+        ends, after = collections.Counter(), Client(port)
         for id in ids:
-            while (document := json.loads(one.ask('GET', '/v1/matches/' + id)[2]))['status'] in ('queued', 'running'): time.sleep(0.2)
+            while (document := json.loads(after.ask('GET', '/v1/matches/' + id)[2]))['status'] in ('queued', 'running'): time.sleep(0.2)
             ends[document['status']] += 1
         times.sort(); third = len(memory) // 3
         middle, late = max(memory[third:2 * third]), max(memory[2 * third:])

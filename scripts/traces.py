@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Collects the spans of one match from a server built with the feature `otel`, and prints them as the tree they are.
 
-    cargo build --release --locked --features otel && python3 scripts/traces.py target/release/sketchmatch
+    cargo build --locked --features otel && python3 scripts/traces.py target/debug/sketchmatch
 
 It fails unless request, job, computation and store are parts of the trace the client began. Needs the Python package
 `opentelemetry-proto`.
