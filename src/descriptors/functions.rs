@@ -7,7 +7,7 @@ use serde::Deserialize;
 use utoipa::ToSchema;
 
 use super::projection::at_points;
-use super::{global_point_signature, heat_kernel, wave_kernel};
+use super::{first_positive, global_point_signature, heat_kernel, wave_kernel};
 use crate::spectral::Spectrum;
 
 /// Which functions.
@@ -32,10 +32,11 @@ pub struct Sampling {
 }
 
 impl Kind {
-    /// How many functions there are of it for a spectrum of k pairs.
+    /// How many functions there are of it for a spectrum of k pairs: no signature of the constant function alone.
     pub fn columns(self, spectrum: &Spectrum, sampling: Sampling) -> usize {
         match self {
             Kind::Eigenfunctions => spectrum.len(),
+            Kind::HeatKernel | Kind::WaveKernel if first_positive(&spectrum.eigenvalues).is_none() => 0,
             Kind::HeatKernel | Kind::WaveKernel => sampling.count,
             Kind::GlobalPointSignature => global_point_signature::dimensions(spectrum),
         }
@@ -81,5 +82,15 @@ mod tests {
             assert!((some - all.subcols(3, 2)).norm_max() < 1e-12, "{kind:?}");
         }
         assert_eq!(Kind::GlobalPointSignature.columns(&spectrum, sampling), 11);
+    }
+
+    #[test]
+    fn the_constant_alone_has_no_signature() {
+        let spectrum = spectrum(&sheet(8, 5), 12, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(1);
+        let sampling = Sampling { count: 9, variance: 6.0 };
+        for kind in [Kind::HeatKernel, Kind::WaveKernel, Kind::GlobalPointSignature] {
+            assert_eq!(kind.columns(&spectrum, sampling), 0, "{kind:?}");
+            assert_eq!(kind.at_vertices(&spectrum, sampling, 0..0).shape(), (54, 0), "{kind:?}");
+        }
     }
 }

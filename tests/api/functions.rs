@@ -46,6 +46,9 @@ async fn functions_come_as_arrays_and_as_colours() {
     assert_eq!(&answered(&server, &path, "model/gltf-binary").await[..4], b"glTF");
     let beyond = server.get(&path.replace("column=2", "column=3")).header("accept", "image/png");
     problem_of(beyond.send().await.unwrap(), 404).await;
+    let of_constant = of_mesh("functions?kind=wave_kernel&k=1");
+    assert_eq!(shape(&answered(&server, &of_constant, "application/x-npy").await), format!("({n}, 0)"));
+    problem_of(server.get(&of_constant).header("accept", "image/png").send().await.unwrap(), 404).await;
     for wrong in ["kind=heat", "kind=heat_kernel&count=0", "kind=wave_kernel&variance=-1", "kind=eigenfunctions&k=0"] {
         problem_of(server.get(&of_mesh(&format!("functions?{wrong}"))).send().await.unwrap(), 422).await;
     }
