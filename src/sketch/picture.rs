@@ -22,10 +22,6 @@ const READING_BYTES: u64 = 64 << 20;
 /// Pixels along the longer side below which a picture is made larger, so that lines and gaps have pixels of their own.
 const SHORTEST_SIDE: u32 = 256;
 
-/// How many times larger a picture is made before the edges that come of it, twice as wide, are too soft to be told from
-/// shades.
-const SOFTENED: u32 = 4;
-
 /// A picture on a canvas, in pixels as it is shown, y down: the centre of the first is (0.5, 0.5).
 ///
 /// # Errors
@@ -98,9 +94,7 @@ fn at_reading_size(picture: DynamicImage) -> RgbaImage {
     if side < SHORTEST_SIDE {
         let factor = SHORTEST_SIDE / side + 1;
         let (width, height) = (picture.width() * factor, picture.height() * factor);
-        let small = picture.into_rgba8();
-        let larger = imageops::resize(&small, width, height, imageops::FilterType::Triangle);
-        return if factor > SOFTENED { sharpened(larger, &small, factor) } else { larger };
+        return imageops::resize(&picture.into_rgba8(), width, height, imageops::FilterType::Triangle);
     }
     let longest = side.min(LONGEST_SIDE as u32);
     let [width, height] = [picture.width(), picture.height()].map(|own| (own * longest).div_ceil(side));
@@ -110,30 +104,6 @@ fn at_reading_size(picture: DynamicImage) -> RgbaImage {
         DynamicImage::ImageRgba8(picture) => reduced(&picture, width, height),
         other => reduced(&other.into_rgba8(), width, height),
     }
-}
-
-/// A picture made larger by a whole factor, with every value of a channel that of the nearer of the two extremes that the small
-/// one has about the place [KB75].
-fn sharpened(mut larger: RgbaImage, small: &RgbaImage, factor: u32) -> RgbaImage {
-    let extremes: Vec<[[u8; 4]; 2]> = small.enumerate_pixels().map(|(x, y, _)| extremes_about(small, [x, y])).collect();
-    for (x, y, pixel) in larger.enumerate_pixels_mut() {
-        let [low, high] = extremes[(y / factor * small.width() + x / factor) as usize];
-        for (channel, value) in pixel.0.iter_mut().enumerate() {
-            let (low, high) = (low[channel], high[channel]);
-            *value = if 2 * u16::from(*value) <= u16::from(low) + u16::from(high) { low } else { high };
-        }
-    }
-    larger
-}
-
-/// The least and the greatest value of each channel in a pixel and those round it.
-fn extremes_about(picture: &RgbaImage, [x, y]: [u32; 2]) -> [[u8; 4]; 2] {
-    let about = |at: u32, count: u32| at.saturating_sub(1)..(at + 2).min(count);
-    let pixels =
-        about(y, picture.height()).flat_map(|y| about(x, picture.width()).map(move |x| picture.get_pixel(x, y).0));
-    pixels.fold([[u8::MAX; 4], [0; 4]], |[low, high], pixel| {
-        [std::array::from_fn(|i| low[i].min(pixel[i])), std::array::from_fn(|i| high[i].max(pixel[i]))]
-    })
 }
 
 /// The picture in so many pixels or fewer, each of the mean colour of those that fall into it.
