@@ -3,7 +3,7 @@
 use rustls::crypto::ring;
 
 /// Makes ring the cryptography of all TLS of the process, unless another was chosen before. Whoever makes a client of HTTP says
-/// so first: there is no other in the program, since one that is compiled from C takes minutes.
+/// so first: the program has no other, and none is chosen by itself.
 pub fn provide() {
     // An error says that it is done already.
     let _ = ring::default_provider().install_default();
