@@ -15,6 +15,18 @@ const REACH = 4;
 /** How long the camera takes to another view, in ms. */
 const FLIGHT = 500;
 
+/** What draws where there is no graphics card: of Chromium, of Mesa, of Windows. */
+const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render/i;
+
+/** Whether a graphics card draws: a processor takes as long over smooth edges as over all the rest of a picture. */
+function hasGraphicsCard(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const info = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = info && context?.getParameter(info.UNMASKED_RENDERER_WEBGL);
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return !PROCESSORS.test(String(name));
+}
+
 export class Stage {
   private readonly renderer: three.WebGLRenderer;
   private readonly scene = new three.Scene();
@@ -31,7 +43,7 @@ export class Stage {
     /** Told whenever the picture has changed: what lies over it has to follow. */
     private readonly drawn: () => void,
   ) {
-    this.renderer = new three.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new three.WebGLRenderer({ canvas, antialias: hasGraphicsCard(), alpha: true });
     const headlight = new three.DirectionalLight(0xffffff, 1.9);
     headlight.position.set(-0.4, 0.7, 1);
     this.camera.add(headlight);
