@@ -101,6 +101,10 @@ pub struct TenantOptions {
     /// Requests a tenant may send in a second [default: 100 where keys are asked for, else any number].
     #[arg(long, env = "SKETCHMATCH_TENANT_REQUESTS_PER_SECOND")]
     pub tenant_requests_per_second: Option<u32>,
+    /// Requests of a tenant that may be under way, streams of events among them [default: 200 where keys are asked for, else
+    /// any number].
+    #[arg(long, env = "SKETCHMATCH_TENANT_OPEN_REQUESTS")]
+    pub tenant_open_requests: Option<usize>,
     /// Jobs of a tenant that may wait [default: 200 where keys are asked for, else any number].
     #[arg(long, env = "SKETCHMATCH_TENANT_QUEUED_JOBS")]
     pub tenant_queued_jobs: Option<u64>,
@@ -116,10 +120,12 @@ impl TenantOptions {
     /// The limits where keys are asked for, or where all are one tenant.
     pub fn limits(&self, admission: &Admission) -> Limits {
         let among_many = matches!(admission, Admission::Keyholders(_));
-        let (requests, jobs) = if among_many { (REQUESTS_PER_SECOND, QUEUED_JOBS) } else { (0, 0) };
+        let (requests, open, jobs) =
+            if among_many { (REQUESTS_PER_SECOND, OPEN_REQUESTS, QUEUED_JOBS) } else { (0, 0, 0) };
         let some = |number: u64| (number > 0).then_some(number);
         Limits {
             requests_per_second: NonZeroU32::new(self.tenant_requests_per_second.unwrap_or(requests)),
+            open_requests: Some(self.tenant_open_requests.unwrap_or(open)).filter(|most| *most > 0),
             queued_jobs: some(self.tenant_queued_jobs.unwrap_or(jobs)),
             stored_bytes: some(self.tenant_stored_bytes.as_u64()),
             cpu_per_hour: some(self.tenant_cpu_seconds).map(Duration::from_secs),
@@ -127,9 +133,10 @@ impl TenantOptions {
     }
 }
 
-/// What a tenant among many may take where nothing is said: more than a page with a fast hand asks for, and a fifth of the
-/// queue.
+/// What a tenant among many may take where nothing is said: more than a page with a fast hand asks for, a quarter of the
+/// connections there are where a process may have 1,024 files open, and a fifth of the queue.
 const REQUESTS_PER_SECOND: u32 = 100;
+const OPEN_REQUESTS: usize = 200;
 const QUEUED_JOBS: u64 = 200;
 
 #[derive(Debug, Args)]
@@ -357,8 +364,10 @@ mod tests {
         assert_eq!(limits(&[], Admission::Anybody), Limits::default());
         let usual = limits(&[], Admission::Keyholders(None));
         assert_eq!((usual.requests_per_second, usual.queued_jobs), (NonZeroU32::new(100), Some(200)));
+        assert_eq!(usual.open_requests, Some(200));
         assert_eq!((usual.stored_bytes, usual.cpu_per_hour), (None, None));
-        let free = ["--tenant-requests-per-second", "0", "--tenant-queued-jobs", "0"];
+        let free =
+            ["--tenant-requests-per-second", "0", "--tenant-open-requests", "0", "--tenant-queued-jobs", "0"];
         assert_eq!(limits(&free, Admission::Keyholders(None)), Limits::default());
         let said = limits(&["--tenant-stored-bytes", "1GiB", "--tenant-cpu-seconds", "60"], Admission::Anybody);
         assert_eq!((said.stored_bytes, said.cpu_per_hour), (Some(1 << 30), Some(Duration::from_secs(60))));

@@ -8,7 +8,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::problem::Problem;
-use super::{App, links};
+use super::{App, links, open_requests};
 use crate::access::{Grant, Key, Scope, Scopes, Tenant, WatchedFile};
 use crate::store::StoreError;
 
@@ -52,7 +52,7 @@ pub(super) async fn checked(State(door): State<Door>, mut request: Request, next
     let (told, wait) = pace.map_or_else(Default::default, |pace| pace.count(&tenant));
     let mut response = match (pace, wait) {
         (Some(pace), Some(seconds)) => pace.exceeded(seconds).into_response(),
-        _ => next.run(request).await,
+        _ => door.answered(&tenant, request, next).await,
     };
     response.headers_mut().extend(told);
     if scope == Scope::Write {
@@ -105,6 +105,15 @@ impl Door {
             (Admission::Keyholders(file), _) => self.by_key(file.as_ref(), bearer(headers)?).await?,
         };
         if grant.scopes.allow(scope) { Ok(grant) } else { Err(Refused::Lacking(scope)) }
+    }
+
+    /// The answer to a request, which counts as under way until that is read to its end.
+    async fn answered(&self, tenant: &Tenant, request: Request, next: Next) -> Response {
+        let Some(open) = &self.0.open_requests else { return next.run(request).await };
+        match open.place(tenant) {
+            Some(place) => open_requests::keeping(next.run(request).await, place),
+            None => open.exceeded().into_response(),
+        }
     }
 
     async fn by_key(&self, file: Option<&WatchedFile>, key: Key) -> Result<Grant, Refused> {

@@ -25,6 +25,7 @@ mod matches;
 mod memory;
 mod meshes;
 mod observation;
+mod open_requests;
 pub mod openapi;
 pub mod origin;
 mod page;
@@ -82,6 +83,7 @@ pub use front_page::FrontPage;
 use host::Hosts;
 use limits::Pace;
 use observation::Trace;
+use open_requests::OpenRequests;
 use origin::Origin;
 pub use preference::LONGEST_WAIT;
 use problem::Problem;
@@ -178,8 +180,9 @@ pub struct App {
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
     examples: Examples,
-    /// Counts the requests of tenants, where there is a limit to them.
+    /// Count the requests of tenants, those that come and those under way, where there is a limit to them.
     pace: Option<Arc<Pace>>,
+    open_requests: Option<Arc<OpenRequests>>,
     /// What signs addresses, once its secret was read.
     signer: Arc<OnceCell<Signer>>,
     /// The trace that the request is part of.
@@ -220,6 +223,7 @@ impl App {
             memory: semaphore(config.max_uploads_bytes.max(config.max_upload_bytes.saturating_mul(2))),
             reading: semaphore(config.max_reading_bytes),
             pace: config.tenant_limits.requests_per_second.map(|per_second| Arc::new(Pace::new(per_second))),
+            open_requests: config.tenant_limits.open_requests.map(|most| Arc::new(OpenRequests::new(most))),
             config: Arc::new(config),
             metrics,
             shutdown,

@@ -95,6 +95,11 @@ impl Server {
         self.store.claim(&["match"], room).await.unwrap().expect("a match waits");
     }
 
+    /// Cancels a job of this tenant, by no request.
+    pub async fn cancel_for(&self, tenant: &str, id: &str) {
+        self.store.of(&tenant.parse().unwrap()).cancel(id).await.unwrap().expect("the job is there");
+    }
+
     /// Where it answers.
     pub fn address(&self) -> &str {
         &self.address

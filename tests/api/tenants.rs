@@ -334,3 +334,31 @@ async fn requests_of_one_tenant_have_a_pace() {
     let (other, _) = server.key("umbrella", "read", None).await;
     assert_eq!(asked(&other).await.status(), 200);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn streams_and_waits_of_one_tenant_leave_room_for_others() {
+    let tenant_limits = Limits { open_requests: Some(2), ..Limits::default() };
+    let admission = Admission::Keyholders(None);
+    let mut server = Server::idle(Config { admission, tenant_limits, ..Config::default() }).await;
+    let (key, _) = server.key("acme", "read,write", None).await;
+    server.send(&key);
+    let asked = server.request_match(json!({})).await.send().await.unwrap();
+    let matched = id(&json_of(asked, 202).await);
+    let path = format!("/v1/matches/{matched}");
+    // The match waits for ever, its streams with it; each is answered before the next is asked for.
+    let follow = async || server.get(&format!("{path}/events")).send().await.unwrap();
+    let (first, second) = (follow().await, follow().await);
+    assert_eq!((first.status().as_u16(), second.status().as_u16()), (200, 200));
+    let refused = server.get(&path).send().await.unwrap();
+    assert_eq!(header(&refused, "retry-after"), "5");
+    problem_of(refused, 429).await;
+    let (other, _) = server.key("umbrella", "read", None).await;
+    let others = server.request_with(Some(&other), "GET", "/v1/matches").send().await.unwrap();
+    assert_eq!(others.status(), 200);
+    // With the match the streams end, and their places are free.
+    server.cancel_for("acme", &matched).await;
+    for stream in [first, second] {
+        stream.text().await.unwrap();
+    }
+    assert_eq!(server.read(&path).await["status"], "cancelled");
+}
