@@ -9,6 +9,8 @@ use std::time::Duration;
 use anyhow::ensure;
 use bytesize::ByteSize;
 use clap::Args;
+use rustix::fs::Mode;
+use rustix::process::umask;
 
 use sketchmatch::access::WatchedFile;
 use sketchmatch::http::admission::Admission;
@@ -38,6 +40,12 @@ impl StoreOptions {
     pub fn config(&self) -> store::Config {
         let StoreOptions { data_dir, database_url, blob_url } = self;
         store::Config { data_dir: data_dir.clone(), database_url: database_url.clone(), blob_url: blob_url.clone() }
+    }
+
+    /// The same, for who opens it: what this process writes from now on is readable by its owner alone, files 600, folders 700.
+    pub fn to_open(&self) -> store::Config {
+        umask(Mode::RWXG | Mode::RWXO);
+        self.config()
     }
 }
 
@@ -366,8 +374,7 @@ mod tests {
         assert_eq!((usual.requests_per_second, usual.queued_jobs), (NonZeroU32::new(100), Some(200)));
         assert_eq!(usual.open_requests, Some(200));
         assert_eq!((usual.stored_bytes, usual.cpu_per_hour), (None, None));
-        let free =
-            ["--tenant-requests-per-second", "0", "--tenant-open-requests", "0", "--tenant-queued-jobs", "0"];
+        let free = ["--tenant-requests-per-second", "0", "--tenant-open-requests", "0", "--tenant-queued-jobs", "0"];
         assert_eq!(limits(&free, Admission::Keyholders(None)), Limits::default());
         let said = limits(&["--tenant-stored-bytes", "1GiB", "--tenant-cpu-seconds", "60"], Admission::Anybody);
         assert_eq!((said.stored_bytes, said.cpu_per_hour), (Some(1 << 30), Some(Duration::from_secs(60))));

@@ -84,7 +84,7 @@ fn end(text: &str) -> Result<SystemTime, String> {
 /// A store that cannot be opened; an id that no key has.
 #[tokio::main(flavor = "current_thread")]
 pub async fn run(options: KeysOptions) -> anyhow::Result<()> {
-    let keys = Keys::open(&options.store().config()).await?;
+    let keys = Keys::open(&options.store().to_open()).await?;
     let done = carry_out(&keys, options.command).await;
     keys.close().await?;
     done

@@ -4,8 +4,6 @@ use std::error::Error;
 
 use anyhow::Context;
 use futures::future::{Either, ready};
-use rustix::fs::Mode;
-use rustix::process::umask;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
@@ -34,11 +32,9 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
         worker = ?options.worker.config(),
         "starting"
     );
-    // What is uploaded is nobody's but the server's: files 600, folders 700.
-    umask(Mode::RWXG | Mode::RWXO);
     let measures = telemetry::measures()?;
     tokio::spawn(telemetry::report_losses(log.losses()));
-    let store = options.worker.cached(Store::open(&options.store.config()).await?);
+    let store = options.worker.cached(Store::open(&options.store.to_open()).await?);
     let admission = options.admission(&store).await?;
     let listener = listener(&options.listen).await?;
     tracing::info!(address = %listener.local_addr()?, "listening");

@@ -23,7 +23,7 @@ pub struct SweepOptions {
 /// A store that cannot be opened or read.
 #[tokio::main(flavor = "current_thread")]
 pub async fn run(options: &SweepOptions) -> anyhow::Result<()> {
-    let store = Store::open(&options.store.config()).await?;
+    let store = Store::open(&options.store.to_open()).await?;
     let swept = store.sweep(options.older_than).await?;
     store.close().await?;
     printed(&format!("{swept} blobs that nothing names were set aside"))

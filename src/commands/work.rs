@@ -3,8 +3,6 @@
 use anyhow::Context;
 use clap::Args;
 use futures::future::{Either, ready};
-use rustix::fs::Mode;
-use rustix::process::umask;
 use tokio_util::sync::CancellationToken;
 
 use super::serve::listener;
@@ -36,10 +34,8 @@ pub async fn run(options: &WorkOptions, log: &Log) -> anyhow::Result<()> {
     telemetry::log_panics();
     let shutdown = CancellationToken::new();
     stop_on_signal(shutdown.clone())?;
-    let (store, config) = (options.store.config(), options.worker.config());
+    let (store, config) = (options.store.to_open(), options.worker.config());
     tracing::info!(version = env!("CARGO_PKG_VERSION"), ?store, worker = ?config, "starting");
-    // What is kept in files is nobody's but the service's.
-    umask(Mode::RWXG | Mode::RWXO);
     let measures = telemetry::measures()?;
     tokio::spawn(telemetry::report_losses(log.losses()));
     let store = options.worker.cached(Store::open(&store).await?);

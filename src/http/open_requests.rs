@@ -48,7 +48,8 @@ impl OpenRequests {
 
     /// 429: a tenant has this many requests under way.
     pub fn exceeded(&self) -> Problem {
-        let detail = format!("up to {} requests of one tenant are under way at a time, streams of events among them", self.most);
+        let detail =
+            format!("up to {} requests of one tenant are under way at a time, streams of events among them", self.most);
         Problem::too_many(detail, LOOK_AGAIN)
     }
 

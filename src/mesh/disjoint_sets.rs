@@ -1,7 +1,7 @@
 //! Disjoint sets: which elements have been joined.
 
 /// A partition of 0 .. n that only gets coarser. The representative of a set is its smallest element.
-pub(super) struct DisjointSets {
+pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 

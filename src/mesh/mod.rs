@@ -3,7 +3,7 @@
 pub mod connectivity;
 mod cut;
 mod decimation;
-mod disjoint_sets;
+pub(crate) mod disjoint_sets;
 pub(crate) mod edges;
 pub mod farthest_points;
 pub mod figure;

@@ -1,6 +1,7 @@
 //! Who is let in, and what is said to those who are not.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, SystemTime};
@@ -100,6 +101,8 @@ async fn keys_are_made_rotated_and_revoked_beside_the_server() {
     let data = tempfile::tempdir().unwrap();
     // Before there is a server, too.
     let (_, first) = program(&["keys", "add", "--tenant", "acme"], data.path());
+    let database = fs::metadata(data.path().join("sketchmatch.db")).unwrap();
+    assert_eq!(database.permissions().mode() & 0o777, 0o600);
     let server = Program::start(data.path(), 1);
     let client = client();
     let status =

@@ -1,8 +1,12 @@
 //! The ground a figure is drawn on, and how much every pixel differs from it.
 
+use std::collections::BTreeMap;
+
 use super::Sheet;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::raster::bitmap::Bitmap;
-use crate::raster::pieces::Pieces;
+use crate::raster::neighbourhood::opened;
+use crate::raster::pieces::{Pieces, Run};
 
 /// Colours of neighbours differ by no more within a ground, in 255ths; shades and soft shadows change more slowly.
 const STEADY: u8 = 12;
@@ -13,6 +17,16 @@ const BLOCK: usize = 16;
 /// How far the edge between two grounds reaches, in pixels, and how far its colours may lie off those between the two.
 const EDGE: usize = 4;
 const OFF_EDGE: f32 = 1.25;
+
+/// The paper's own lines are as much darker than it in a shadow as elsewhere, down to this brightness of it, in 255ths.
+const DARKEST: u8 = 100;
+
+/// The widest line beyond which a ground may go on, with its soft edges, in pixels; how often at least and in which share
+/// of the places the colours on both sides of it are equal where it does; and half the width of what is steady in its middle.
+const LINE: usize = 9;
+const LEAST_PLACES: usize = 8;
+const EQUAL: f64 = 0.8;
+const CREST: f64 = 1.5;
 
 /// How far from a corner of the sheet its ground is looked for, in parts of the sheet's side.
 const CORNER: f64 = 0.02;
@@ -30,7 +44,8 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    pub fn of(colours: &[[u8; 3]], sheet: &Sheet) -> Ground {
+    /// The ground of a sheet, which goes on beyond thin lines where the sheet is `lined`.
+    pub fn of(colours: &[[u8; 3]], sheet: &Sheet, lined: bool) -> Ground {
         let (width, height) = (sheet.area.width(), sheet.area.height());
         let noise = noise(colours, sheet);
         let smoothed;
@@ -42,6 +57,7 @@ impl Ground {
         };
         let steady = steady(colours, sheet, STEADY.max(noise.saturating_mul(2)));
         let pieces = joined_with_corners(&steady, sheet);
+        let pieces = if lined { beyond_lines(colours, &steady, &pieces) } else { pieces };
         let mut seen = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(piece));
         let plain: Vec<[u8; 3]> = pieces.iter().filter_map(|piece| one_colour(colours, piece)).collect();
         let blocks = Blocks::of(colours, &seen);
@@ -53,8 +69,10 @@ impl Ground {
                     let around = blocks.colour(x, y);
                     let grounds = plain.iter().copied().chain([around]);
                     let ground = grounds.min_by_key(|&ground| apart(colour, ground)).unwrap_or(around);
-                    contrast[y * width + x] = apart(colour, ground);
-                    shade[y * width + x] = lightness(colour).abs_diff(lightness(ground));
+                    let light = if lined { lightness(ground).max(DARKEST) } else { 255 };
+                    let lit = |value: u8| (u32::from(value) * 255 / u32::from(light)).min(255) as u8;
+                    contrast[y * width + x] = lit(apart(colour, ground));
+                    shade[y * width + x] = lit(lightness(colour).abs_diff(lightness(ground)));
                 }
             }
         }
@@ -208,6 +226,59 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
         }
     }
     grounds
+}
+
+/// Grounds with the pieces of what is steady that continue them: those beyond a thin line along which the colours are the same
+/// on both sides. Grounds that so become one are given once.
+fn beyond_lines(colours: &[[u8; 3]], steady: &Bitmap, grounds: &[Bitmap]) -> Vec<Bitmap> {
+    // The crest of a line is steady, too, and narrow.
+    let pieces = Pieces::of(&opened(steady, CREST), false);
+    // For every two pieces that face each other the places where they do, and those of equal colours.
+    let mut facing: BTreeMap<[usize; 2], [usize; 2]> = BTreeMap::new();
+    let mut face = |[a, b]: [usize; 2], [p, q]: [usize; 2]| {
+        let [places, equal] = facing.entry([a.min(b), a.max(b)]).or_default();
+        *places += 1;
+        *equal += usize::from(apart(colours[p], colours[q]) <= STEADY);
+    };
+    // In each column the row of the last pixel that is steady so far, and its piece.
+    let mut above: Vec<Option<(usize, usize)>> = vec![None; steady.width()];
+    let mut before: Option<&Run> = None;
+    for run in &pieces.runs {
+        let at = |x: usize| run.y * steady.width() + x;
+        if let Some(before) = before.filter(|before| before.y == run.y && run.from - before.to <= LINE) {
+            face([before.piece, run.piece], [at(before.to - 1), at(run.from)]);
+        }
+        for x in run.from..run.to {
+            let last = above[x].replace((run.y, run.piece));
+            if let Some((y, piece)) = last.filter(|(y, _)| (2..=LINE + 1).contains(&(run.y - y))) {
+                face([piece, run.piece], [y * steady.width() + x, at(x)]);
+            }
+        }
+        before = Some(run);
+    }
+    let are_one = |&(_, &[places, equal]): &(&[usize; 2], &[usize; 2])| {
+        places >= LEAST_PLACES && equal as f64 >= EQUAL * places as f64
+    };
+    let mut one = DisjointSets::new(pieces.sizes.len());
+    facing.iter().filter(are_one).for_each(|(&[a, b], _)| one.join(a as u32, b as u32));
+    let mut wholes: Vec<Bitmap> = Vec::new();
+    for ground in grounds {
+        if wholes.iter().any(|whole| whole.and(ground).area() > 0) {
+            continue;
+        }
+        let mut goes_on = vec![false; pieces.sizes.len()];
+        for run in pieces.runs.iter().filter(|run| ground.get(run.from, run.y)) {
+            goes_on[one.representative(run.piece as u32) as usize] = true;
+        }
+        let mut whole = ground.clone();
+        for run in &pieces.runs {
+            if goes_on[one.representative(run.piece as u32) as usize] {
+                whole.fill(run.y, run.from, run.to, true);
+            }
+        }
+        wholes.push(whole);
+    }
+    wholes
 }
 
 /// The mean colour of the ground by blocks; where none is seen that of a larger block around.

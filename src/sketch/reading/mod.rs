@@ -175,7 +175,10 @@ fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {
 }
 
 fn drawn_on(colours: &[[u8; 3]], sheet: &Sheet) -> Drawn {
-    ink::drawn(&Ground::of(colours, sheet), sheet)
+    match ink::drawn(&Ground::of(colours, sheet, false), sheet) {
+        Drawn::Ink(ink) | Drawn::Scene(ink) if ink.patterned => ink::drawn(&Ground::of(colours, sheet, true), sheet),
+        drawn => drawn,
+    }
 }
 
 /// What the ink shows, each drawing that lies apart looked at by itself, and the size of the largest, in pixels.

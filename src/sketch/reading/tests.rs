@@ -318,6 +318,19 @@ fn rules_across_the_paper_are_no_part_of_the_figure() {
 }
 
 #[test]
+fn lines_of_the_paper_do_not_part_its_shadow() {
+    // A soft shadow from the lower right corner.
+    let light = |x: u32, y: u32| 1.0 - 0.5 / (1.0 + ((640.0 - f64::from(x + y)) / 60.0).exp());
+    let shaded = |[r, g, b]: [u8; 3], light: f64| [r, g, b].map(|value| (f64::from(value) * light) as u8);
+    let rules = |_: u32, y: u32| y % 24 < 2;
+    let squares = |x: u32, y: u32| x % 24 < 2 || y % 24 < 2;
+    for is_line in [&rules as &dyn Fn(u32, u32) -> bool, &squares] {
+        let paper = |x, y| shaded(if is_line(x, y) { [150, 175, 220] } else { [250, 248, 242] }, light(x, y));
+        assert!(is_whole(png(person(|x, y| shaded([40, 40, 60], light(x, y)), paper))));
+    }
+}
+
+#[test]
 fn a_figure_on_a_disc_is_told_from_a_face() {
     let disc = r##"<circle cx="200" cy="250" r="199" fill="#fc6"/>"##;
     let person = format!(r#"<polygon points="{PERSON}" transform="translate(80 100) scale(.6)"/>"#);
