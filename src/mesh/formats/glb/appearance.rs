@@ -6,7 +6,7 @@ use gltf::{Document, Semantic};
 use serde_json::{Map, Value, json};
 
 use super::container::{Container, members, objects};
-use super::{is_of_triangles, walk};
+use super::{triangles_of, walk};
 use crate::mesh::refusal::Refusal;
 
 /// Lists of a document that say how something looks, and what these lists name.
@@ -91,7 +91,7 @@ fn parts(document: &Document, members: &Map<String, Value>) -> Result<Vec<Part>,
     let materials = members.get("materials").and_then(Value::as_array).map_or(0, Vec::len) as u64;
     let (mut parts, mut read): (Vec<Part>, usize) = (Vec::new(), 0);
     walk(document, |_, primitive, mesh| {
-        if is_of_triangles(primitive.mode()) {
+        if triangles_of(primitive.mode()).is_some() {
             let vertices = primitive.get(&Semantic::Positions).map_or(0, |positions| positions.count());
             let found = &members["meshes"][mesh.index()]["primitives"][primitive.index()];
             let vertices = read..read.saturating_add(vertices);

@@ -120,14 +120,9 @@ impl Read<'_> {
     ) -> Result<(), Refusal> {
         self.primitives += 1;
         admit("primitives", self.primitives, self.polygons.limits.triangles)?;
-        let triangles = match primitive.mode() {
-            Mode::Triangles => triangles_of_list,
-            Mode::TriangleStrip => triangles_of_strip,
-            Mode::TriangleFan => triangles_of_fan,
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
-                self.polygons.ignored += 1;
-                return Ok(());
-            }
+        let Some(triangles) = triangles_of(primitive.mode()) else {
+            self.polygons.ignored += 1;
+            return Ok(());
         };
         let first = self.polygons.positions.len();
         let here = |detail: String| refusal(format!("{place}: {detail}"));
@@ -162,9 +157,17 @@ impl Read<'_> {
     }
 }
 
-/// Whether a primitive of this mode is a surface.
-fn is_of_triangles(mode: Mode) -> bool {
-    matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
+/// Triangles by their corners' indices.
+type Triangles = fn(&[u32]) -> Vec<[u32; 3]>;
+
+/// What makes triangles of the indices of a primitive of this mode; nothing where that is no surface.
+fn triangles_of(mode: Mode) -> Option<Triangles> {
+    match mode {
+        Mode::Triangles => Some(triangles_of_list),
+        Mode::TriangleStrip => Some(triangles_of_strip),
+        Mode::TriangleFan => Some(triangles_of_fan),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
+    }
 }
 
 fn triangles_of_list(indices: &[u32]) -> Vec<[u32; 3]> {
