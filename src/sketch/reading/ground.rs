@@ -248,8 +248,8 @@ fn beyond_lines(colours: &[[u8; 3]], steady: &Bitmap, grounds: &[Bitmap]) -> Vec
         if let Some(before) = before.filter(|before| before.y == run.y && run.from - before.to <= LINE) {
             face([before.piece, run.piece], [at(before.to - 1), at(run.from)]);
         }
-        for x in run.from..run.to {
-            let last = above[x].replace((run.y, run.piece));
+        for (x, above) in (run.from..).zip(&mut above[run.from..run.to]) {
+            let last = above.replace((run.y, run.piece));
             if let Some((y, piece)) = last.filter(|(y, _)| (2..=LINE + 1).contains(&(run.y - y))) {
                 face([piece, run.piece], [y * steady.width() + x, at(x)]);
             }
