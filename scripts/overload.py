@@ -89,7 +89,7 @@ def main():
         print(f'  answers {dict(told)}; accepted jobs ended {dict(ends)}')
         print(f'  {len(times)} questions for a job: half within {times[len(times) // 2]:.1f} ms, 99 of 100 within {p99:.1f} ms, all within {times[-1]:.0f} ms')
         print('  memory in MiB, every fifth second: ' + ' '.join(f'{m:.0f}' for m in memory[::5]))
-        wrong = [f'{len(bad)} answers such as {bad[0]}'] * bool(bad) + ['accepted jobs did not succeed'] * (set(ends) != {'succeeded'})
+        wrong = [f'{len(bad)} answers such as {answer}' for answer in bad[:1]] + ['accepted jobs did not succeed'] * (set(ends) != {'succeeded'})
         wrong += ['memory grows'] * (late > 1.1 * middle) + ['questions are answered late'] * (p99 > o.p99)
         if wrong: sys.exit(f'FAILED: {"; ".join(wrong)}; log in {scratch}')
         shutil.rmtree(scratch)

@@ -51,7 +51,7 @@ async fn main() -> anyhow::Result<()> {
     ensure!(last.status == Status::Succeeded && last.progress.fraction == 1.0, "{last:?}");
 
     let path = ReadResultRequestPath { id: id.clone() };
-    let ApiResponse::Ok(answer) = client.read_result(ReadResultRequest { path }).await? else {
+    let ApiResponse::Ok(answer) = client.read_result(ReadResultRequest { path, query: Default::default() }).await? else {
         anyhow::bail!("no result")
     };
     ensure!(answer.correspondences.len() as i64 == sketch.vertices as i64);
