@@ -147,6 +147,19 @@ test("what a match looks like at first sight is shown as such until the answer i
   await expect(page.getByRole("button", { name: "Best answer" })).toBeEnabled();
 });
 
+/** The number of the alternative that the browser keeps for the page. */
+const keptAlternative = (page: Page) =>
+  page.evaluate(
+    () =>
+      new Promise((resolve) => {
+        const opening = indexedDB.open("keyval-store");
+        opening.onsuccess = () => {
+          const reading = opening.result.transaction("keyval").objectStore("keyval").get("state-1");
+          reading.onsuccess = () => resolve(reading.result?.chosen);
+        };
+      }),
+  );
+
 test("an alternative is one click away", async ({ page }) => {
   await open(page);
   await page.getByRole("button", { name: "Draw it for me" }).click();
@@ -157,7 +170,8 @@ test("an alternative is one click away", async ({ page }) => {
   await mirrored.click();
   await expect(mirrored).toHaveAttribute("aria-pressed", "true");
   await expect(page.getByRole("application", { name: "alternative 1" })).toBeVisible();
-  // It is there again after a reload, and one click goes back.
+  // It is there again after a reload, once the browser has kept it, and one click goes back.
+  await expect.poll(() => keptAlternative(page)).toBe(0);
   await page.reload();
   await expect(mirrored).toHaveAttribute("aria-pressed", "true");
   await page.getByRole("button", { name: "Best answer" }).click();
