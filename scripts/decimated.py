@@ -15,21 +15,8 @@ import fast_simplification
 import numpy as np
 from scipy.spatial import cKDTree
 
+from broken_meshes import obj, read_off
 from landmarks import called, posted
-
-
-def off(text):
-    """Vertices and triangles of an OFF file of triangles."""
-    words = text.split()
-    vertices, triangles = int(words[1]), int(words[2])
-    numbers = words[4:]
-    corners = np.array(numbers[3 * vertices:3 * vertices + 4 * triangles], int).reshape(-1, 4)[:, 1:]
-    return np.array(numbers[:3 * vertices], float).reshape(-1, 3), corners
-
-
-def written(vertices, triangles):
-    rows = [f"{x} {y} {z}" for x, y, z in vertices.tolist()] + [f"3 {a} {b} {c}" for a, b, c in triangles.tolist()]
-    return f"OFF\n{len(vertices)} {len(triangles)} 0\n" + "\n".join(rows) + "\n"
 
 
 def decimated(vertices, triangles, wanted):
@@ -48,12 +35,12 @@ def main():
         folder = os.path.join(options.cases, name)
         if not os.path.exists(os.path.join(folder, "mesh.off")):
             continue
-        vertices, triangles = off(open(os.path.join(folder, "mesh.off")).read())
+        vertices, triangles = read_off(os.path.join(folder, "mesh.off"))
         drawing = json.load(open(os.path.join(folder, "sketch.json")))
         sketch = posted(options.server, "/v1/sketches", {"outline": drawing["outline"], "holes": drawing.get("holes", [])})
         for wanted in options.vertices:
             few, corners = decimated(vertices, triangles, wanted)
-            mesh = called(options.server, "POST", "/v1/meshes?format=off", written(few, corners).encode(), "application/octet-stream")
+            mesh = called(options.server, "POST", "/v1/meshes?format=obj", obj(few, corners), "application/octet-stream")
             match = posted(options.server, "/v1/matches", {"mesh": mesh["id"], "sketch": sketch["id"]}, prefer="wait=120")
             result = called(options.server, "GET", f"/v1/matches/{match['id']}/result")
             answers = result["correspondences"]
