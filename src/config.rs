@@ -112,7 +112,7 @@ pub struct TenantOptions {
     /// Requests of a tenant that may be under way, streams of events among them [default: 200 where keys are asked for, else
     /// any number].
     #[arg(long, env = "SKETCHMATCH_TENANT_OPEN_REQUESTS")]
-    pub tenant_open_requests: Option<usize>,
+    pub tenant_open_requests: Option<u64>,
     /// Jobs of a tenant that may wait [default: 200 where keys are asked for, else any number].
     #[arg(long, env = "SKETCHMATCH_TENANT_QUEUED_JOBS")]
     pub tenant_queued_jobs: Option<u64>,
@@ -133,7 +133,7 @@ impl TenantOptions {
         let some = |number: u64| (number > 0).then_some(number);
         Limits {
             requests_per_second: NonZeroU32::new(self.tenant_requests_per_second.unwrap_or(requests)),
-            open_requests: Some(self.tenant_open_requests.unwrap_or(open)).filter(|most| *most > 0),
+            open_requests: some(self.tenant_open_requests.unwrap_or(open)),
             queued_jobs: some(self.tenant_queued_jobs.unwrap_or(jobs)),
             stored_bytes: some(self.tenant_stored_bytes.as_u64()),
             cpu_per_hour: some(self.tenant_cpu_seconds).map(Duration::from_secs),
@@ -144,7 +144,7 @@ impl TenantOptions {
 /// What a tenant among many may take where nothing is said: more than a page with a fast hand asks for, a quarter of the
 /// connections there are where a process may have 1,024 files open, and a fifth of the queue.
 const REQUESTS_PER_SECOND: u32 = 100;
-const OPEN_REQUESTS: usize = 200;
+const OPEN_REQUESTS: u64 = 200;
 const QUEUED_JOBS: u64 = 200;
 
 #[derive(Debug, Args)]

@@ -20,7 +20,7 @@ pub struct Limits {
     /// As many may come at once, and as many in every second; counted by each server for itself.
     pub requests_per_second: Option<NonZeroU32>,
     /// Requests under way at one time, until their answers are read; counted by each server for itself.
-    pub open_requests: Option<usize>,
+    pub open_requests: Option<u64>,
     /// Jobs that wait.
     pub queued_jobs: Option<u64>,
     /// Bytes of uploads and results.

@@ -19,8 +19,8 @@ const LOOK_AGAIN: u32 = 5;
 
 /// Counts the requests of every tenant that are under way, from their headers to the end of their answers.
 pub struct OpenRequests {
-    most: usize,
-    open: Mutex<HashMap<Tenant, usize>>,
+    most: u64,
+    open: Mutex<HashMap<Tenant, u64>>,
 }
 
 /// A request under way, until it is dropped.
@@ -31,7 +31,7 @@ pub struct Place {
 
 impl OpenRequests {
     /// Lets each tenant have `most` requests under way.
-    pub fn new(most: usize) -> OpenRequests {
+    pub fn new(most: u64) -> OpenRequests {
         OpenRequests { most, open: Mutex::default() }
     }
 
@@ -53,7 +53,7 @@ impl OpenRequests {
         Problem::too_many(detail, LOOK_AGAIN)
     }
 
-    fn open(&self) -> MutexGuard<'_, HashMap<Tenant, usize>> {
+    fn open(&self) -> MutexGuard<'_, HashMap<Tenant, u64>> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
