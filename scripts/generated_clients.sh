@@ -42,7 +42,7 @@ echo 'Rust: oas3-gen'
 cargo install --quiet --locked --root tools oas3-gen@0.29.0
 mkdir -p rust/src
 cp "$clients/rust/Cargo.toml" rust/
-cp "$clients/rust/main.rs" rust/src/
+cp "$clients/rust/src/main.rs" rust/src/
 tools/bin/oas3-gen generate client-mod --quiet --workspace --input openapi.json --output rust/sketchmatch_client
 # The derive of `validator` cannot look into a field that is called `errors`.
 sed -i '/validate(nested)/{N;/pub errors:/s/.*\n//}' rust/sketchmatch_client/src/types.rs
