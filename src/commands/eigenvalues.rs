@@ -19,7 +19,7 @@ use sketchmatch::spectral::{Boundary, Spectrum, spectrum_with};
 
 #[derive(Debug, Args)]
 pub struct EigenvaluesOptions {
-    /// OBJ, OFF, PLY, STL or GLB.
+    /// OBJ, OFF, PLY, STL, GLB or glTF.
     mesh: PathBuf,
     /// How many eigenvalues, the smallest first.
     #[arg(default_value_t = 100)]

@@ -23,7 +23,7 @@ use sketchmatch::sketch;
 pub struct MatchOptions {
     /// JSON outline, SVG, PNG or JPEG.
     sketch: PathBuf,
-    /// OBJ, OFF, PLY, STL or GLB.
+    /// OBJ, OFF, PLY, STL, GLB or glTF.
     mesh: PathBuf,
     /// A match request as JSON; `mesh` and `sketch` may be left out.
     #[arg(long, env = "SKETCHMATCH_REQUEST")]
@@ -104,7 +104,7 @@ fn check_order(options: &MatchOptions, drawing: &[u8], solid: &[u8]) -> anyhow::
         bail!("{} is a drawing; {ORDER}", options.mesh.display());
     }
     if !is_mesh(&options.mesh, solid) {
-        bail!("neither name nor content of {} tell of a mesh: OBJ, OFF, PLY, STL or GLB", options.mesh.display());
+        bail!("neither name nor content of {} tell of a mesh: OBJ, OFF, PLY, STL, GLB or glTF", options.mesh.display());
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use i_overlay::float::simplify::SimplifyShape;
 use serde::Serialize;
 
 use super::view::{Projection, View};
-use crate::geometry::doubled_area;
+use crate::geometry::{distance_to_segment, doubled_area};
 use crate::mesh::TriangleMesh;
 
 /// How far the outline may be from the projected triangles, in drawing units.
@@ -82,7 +82,7 @@ fn simplified(contour: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut spans = Vec::from([(0, farthest.unwrap_or(0)), (farthest.unwrap_or(0), contour.len())]);
     while let Some((from, to)) = spans.pop() {
         (kept[from], kept[to]) = (true, true);
-        let off = |i: usize| off_chord(closed[i], closed[from], closed[to]);
+        let off = |i: usize| distance_to_segment(closed[i], [closed[from], closed[to]]);
         let worst = (from + 1..to).max_by(|&i, &j| off(i).total_cmp(&off(j)));
         if let Some(worst) = worst.filter(|&i| off(i) > TOLERANCE) {
             spans.extend([(from, worst), (worst, to)]);
@@ -90,14 +90,6 @@ fn simplified(contour: &[[f64; 2]]) -> Vec<[f64; 2]> {
     }
     let corners = contour.iter().zip(kept).filter(|&(_, kept)| kept);
     corners.map(|(p, _)| p.map(|x| (x * 1e3).round() / 1e3)).collect()
-}
-
-/// Distance of a point from the segment between two others.
-fn off_chord(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
-    let (chord, reach) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let squared = chord[0] * chord[0] + chord[1] * chord[1];
-    let t = if squared > 0.0 { ((reach[0] * chord[0] + reach[1] * chord[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    (reach[0] - t * chord[0]).hypot(reach[1] - t * chord[1])
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ pub fn judged(cases: &[Case]) -> Result<Vec<Judged>, Unreadable> {
 fn attempted(case: &Case, target: &Target) -> Result<Judged, Unreadable> {
     let sketch = case.sketch()?;
     let unreadable = |error| Unreadable::new(&case.drawing, error);
-    let shape = FlatShape::new(sketch.mesh(), &Unwatched).map_err(unreadable)?;
+    let shape = FlatShape::new(sketch.mesh(), &Unwatched).map_err(unreadable)?.with_eyes(sketch.eyes());
     let Target { figure, prepared } = target;
     let up = prepared.up(None);
     let upright =

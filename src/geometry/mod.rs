@@ -3,7 +3,9 @@
 mod areas;
 pub mod axes;
 pub mod frame;
+mod segments;
 mod vectors;
 
 pub use areas::{doubled_area, doubled_area_of_sides, triangle_area};
+pub use segments::distance_to_segment;
 pub use vectors::{cross, dot, length, subtract, unit};

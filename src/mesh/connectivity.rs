@@ -95,12 +95,15 @@ pub fn component_summaries(mesh: &FileMesh) -> Vec<ComponentSummary> {
     summaries
 }
 
+/// The edges that only one triangle has, each from corner to corner as that triangle runs.
+pub fn boundary_edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
+    Edges::of(&mesh.triangles).boundary().map(|h| edges::ends(&mesh.triangles, h)).collect()
+}
+
 /// n flags: whether a vertex lies on the boundary.
 pub fn boundary_vertices(mesh: &TriangleMesh) -> Vec<bool> {
     let mut on_boundary = vec![false; mesh.positions.len()];
-    for h in Edges::of(&mesh.triangles).boundary() {
-        edges::ends(&mesh.triangles, h).into_iter().for_each(|v| on_boundary[v as usize] = true);
-    }
+    boundary_edges(mesh).into_iter().flatten().for_each(|v| on_boundary[v as usize] = true);
     on_boundary
 }
 

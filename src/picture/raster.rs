@@ -2,6 +2,7 @@
 
 use super::colour::Colour;
 use super::figure::Figure;
+use crate::geometry::distance_to_segment;
 
 /// Samples along each side of a pixel.
 pub const SAMPLES: usize = 2;
@@ -112,7 +113,7 @@ impl Raster {
         let columns = samples(reach(0), self.width);
         for row in samples(reach(1), self.height) {
             for column in columns.clone() {
-                if distance([centre(column), centre(row)], [a, b]) <= HALF_LINE {
+                if distance_to_segment([centre(column), centre(row)], [a, b]) <= HALF_LINE {
                     self.front[row * self.width + column] = LINE;
                 }
             }
@@ -130,14 +131,6 @@ fn samples<const N: usize>(places: [f64; N], end: usize) -> std::ops::Range<usiz
     let least = places.into_iter().fold(f64::INFINITY, f64::min) * SAMPLES as f64 - 0.5;
     let most = places.into_iter().fold(f64::NEG_INFINITY, f64::max) * SAMPLES as f64 - 0.5;
     (least.ceil().max(0.0) as usize)..((most.floor() + 1.0).clamp(0.0, end as f64) as usize)
-}
-
-/// From a point to a line from a to b.
-fn distance(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let squared = along[0] * along[0] + along[1] * along[1];
-    let share = if squared > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    (to[0] - share * along[0]).hypot(to[1] - share * along[1])
 }
 
 /// The weights of the corners at a point, nothing where the triangle is seen edge-on.

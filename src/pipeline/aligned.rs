@@ -39,7 +39,7 @@ pub(super) fn aligned(
     watch: &dyn Watch,
 ) -> Result<Aligned, MatchError> {
     let prepared = &*surroundings.preparations.prepared(&figure.mesh, watch)?;
-    let shape = FlatShape::new(sketch.mesh(), watch)?;
+    let shape = FlatShape::new(sketch.mesh(), watch)?.with_eyes(sketch.eyes());
     let pairs: Vec<Pair> = landmarks.iter().map(|&[x, y]| Pair { sketch: x as u32, mesh: y as u32 }).collect();
     let upright = upright(&settings.up, sketch, &shape, prepared);
     let of = |alignment| Aligned::of(alignment, prepared, settings.part);

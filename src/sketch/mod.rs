@@ -6,6 +6,7 @@
 
 mod arrangement;
 mod exchange;
+mod eyes;
 pub mod outline;
 mod picture;
 mod reading;
@@ -159,6 +160,11 @@ impl Sketch {
     /// Those lines in the coordinates of the upload.
     pub fn drawn_strokes(&self) -> Vec<Line> {
         self.strokes.iter().map(|line| line.iter().map(|&point| self.y_axis.flipped(point)).collect()).collect()
+    }
+
+    /// The vertices nearest to drawn eyes: one or two dots within the figure, away from all other lines.
+    pub fn eyes(&self) -> Vec<u32> {
+        eyes::eyes(self)
     }
 
     /// A vertex in the coordinates of the upload.

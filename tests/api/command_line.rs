@@ -108,7 +108,7 @@ fn a_match_that_is_refused_says_why_in_the_words_of_the_file() {
     let letter = desk.path("letter.txt");
     fs::write(&letter, "Dear Sir or Madam").unwrap();
     let said = refusal(program("match").args([&desk.sketch, &letter]));
-    assert!(said.contains("letter.txt") && said.contains("OBJ, OFF, PLY, STL or GLB"), "{said}");
+    assert!(said.contains("letter.txt") && said.contains("OBJ, OFF, PLY, STL, GLB or glTF"), "{said}");
     let said = refusal(program("match").args([&desk.sketch, &desk.path("absent.obj")]));
     assert!(said.contains("absent.obj"), "{said}");
 }

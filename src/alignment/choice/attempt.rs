@@ -253,6 +253,7 @@ fn terms(
             let samples = scene.mesh.distances.samples.iter().map(|&v| scene.mesh.positions[v as usize]);
             explanation::askew(samples, scene.mesh.symmetry.normal, upright.mesh, toward)
         }),
+        eyes_astray: scene.eyes.map_or(0.0, |eyes| explanation::eyes_astray(eyes, map)),
     }
 }
 

@@ -1,6 +1,7 @@
 //! How well an attempt explains the drawing: what is compared when one is chosen.
 
 use crate::alignment::scene::Scene;
+use crate::alignment::scene::eyes::Eyes;
 use crate::alignment::scene::upright::Upright;
 use crate::geometry::frame::Frame;
 use crate::geometry::{cross, dot, length as length_of, unit};
@@ -200,6 +201,20 @@ pub fn uncovered(scene: &Scene<'_>, toward: [f64; 3], map: &[u32]) -> f64 {
     if count > 0.0 { left_out / count } else { 0.0 }
 }
 
+/// The distance from the top of the body up to which a place may be on the head, and that from which it is not, in units of
+/// √area.
+const HEAD: f64 = 0.3;
+const NO_HEAD: f64 = 0.6;
+
+/// How far from the head drawn eyes are answered, from 0 to 1: their mean.
+pub fn eyes_astray(eyes: &Eyes, map: &[u32]) -> f64 {
+    let away = |&eye: &u32| {
+        let distance = f64::from(eyes.from_top[map[eye as usize] as usize]);
+        ((distance - HEAD) / (NO_HEAD - HEAD)).clamp(0.0, 1.0)
+    };
+    eyes.drawn.iter().map(away).sum::<f64>() / eyes.drawn.len().max(1) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -250,6 +265,14 @@ mod tests {
         assert_eq!([across, ahead, up].map(|toward| askew(horse.clone(), across, up, toward)), [0.0, 1.0, 1.0]);
         assert_eq!(askew(horse.clone(), up, up, ahead), 0.0);
         assert_eq!([across, ahead, behind].map(|toward| askew(person.clone(), across, up, toward)), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn eyes_belong_to_the_head() {
+        let eyes = Eyes { drawn: vec![0, 1], from_top: vec![0.1, 0.45, 1.2] };
+        assert_eq!(eyes_astray(&eyes, &[0, 0]), 0.0);
+        assert!((eyes_astray(&eyes, &[0, 1]) - 0.25).abs() < 1e-6);
+        assert_eq!(eyes_astray(&eyes, &[2, 2]), 1.0);
     }
 
     #[test]

@@ -16,8 +16,8 @@ use crate::numerics::side_by_side;
 
 /// Views that score at most so much more than the best, and at most so many, take the pose that follows from the warp of
 /// the outlines, and those in which the pose is searched on.
-const FOLLOWED: (f64, usize) = (0.08, 8);
-const REFINED: (f64, usize) = (0.04, 3);
+const FOLLOWED: (f64, usize) = (0.08, 5);
+const REFINED: (f64, usize) = (0.015, 2);
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
 

@@ -25,10 +25,12 @@ pub struct Terms {
     pub turned_about: f64,
     /// 1 − cos of the angle between the camera and the side such a body is mostly drawn from.
     pub askew: f64,
+    /// How far from the top of the body drawn eyes are answered, from 0 to 1.
+    pub eyes_astray: f64,
 }
 
 impl Terms {
-    const COUNT: usize = 11;
+    const COUNT: usize = 12;
 
     /// The names of the values.
     pub const NAMES: [&str; Terms::COUNT] = [
@@ -43,6 +45,7 @@ impl Terms {
         "uncovered",
         "turned_about",
         "askew",
+        "eyes_astray",
     ];
 
     /// In the order of their names.
@@ -59,6 +62,7 @@ impl Terms {
             self.uncovered,
             self.turned_about,
             self.askew,
+            self.eyes_astray,
         ]
     }
 
@@ -69,4 +73,4 @@ impl Terms {
 }
 
 /// What each weighs, in the order of the values; the outlines' cost is the unit.
-pub const WEIGHTS: [f64; 11] = [1.0, 0.8, 0.005, 0.016, 0.025, 0.06, 0.08, 0.03, 0.17, 0.1, 0.05];
+pub const WEIGHTS: [f64; 12] = [1.0, 0.8, 0.005, 0.016, 0.025, 0.06, 0.08, 0.03, 0.17, 0.1, 0.05, 0.08];

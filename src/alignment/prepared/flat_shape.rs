@@ -5,6 +5,7 @@ use crate::alignment::error::AlignmentError;
 use crate::deformation::as_rigid_as_possible::Elastic;
 use crate::geometry::axes::{Axes, centred};
 use crate::mesh::TriangleMesh;
+use crate::mesh::connectivity::boundary_edges;
 use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::{Cancelled, Share, Watch};
@@ -25,6 +26,8 @@ pub struct FlatShape {
     pub samples: Vec<u32>,
     pub distances: Vec<Vec<f64>>,
     pub contour: Contour,
+    /// Vertices that are drawn eyes.
+    pub eyes: Vec<u32>,
     /// Area of the vertices, which sums to 1.
     pub masses: Vec<f64>,
     marching: Marching,
@@ -53,8 +56,9 @@ impl FlatShape {
         distances.iter_mut().flatten().for_each(|d| *d /= scale);
         Ok(FlatShape {
             elastic: Elastic::new(mesh)?,
-            outline: outline(mesh.triangles()),
+            outline: outline(mesh),
             contour: Contour::of(&positions, mesh.triangles()),
+            eyes: Vec::new(),
             masses,
             triangles: mesh.triangles().to_vec(),
             positions,
@@ -64,6 +68,11 @@ impl FlatShape {
             scale,
             axis: [right, up],
         })
+    }
+
+    /// The same with eyes at these of its vertices.
+    pub fn with_eyes(self, eyes: Vec<u32>) -> FlatShape {
+        FlatShape { eyes, ..self }
     }
 
     /// A direction of the drawing, y up, as one of the positions.
@@ -105,12 +114,9 @@ fn farthest_points(
 }
 
 /// The longest closed boundary, in the order of the triangles' winding.
-fn outline(triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut half_edges: Vec<(u32, u32)> = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
-    half_edges.sort_unstable();
-    let free = half_edges.iter().filter(|&&(a, b)| half_edges.binary_search(&(b, a)).is_err());
+fn outline(mesh: &TriangleMesh) -> Vec<u32> {
     // The mesh is manifold: a vertex of the boundary has one half-edge of it.
-    let after: std::collections::BTreeMap<u32, u32> = free.copied().collect();
+    let after: std::collections::BTreeMap<u32, u32> = boundary_edges(mesh).into_iter().map(|[a, b]| (a, b)).collect();
     let mut unseen: std::collections::BTreeSet<u32> = after.keys().copied().collect();
     let mut longest = Vec::new();
     while let Some(start) = unseen.first().copied() {

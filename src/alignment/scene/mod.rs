@@ -1,8 +1,10 @@
 //! A sketch and a mesh to lay it on, and what is known of both.
 
+pub mod eyes;
 pub mod landmarks;
 pub mod upright;
 
+use eyes::Eyes;
 use upright::Upright;
 
 use crate::alignment::prepared::{FlatShape, PreparedMesh};
@@ -15,5 +17,7 @@ pub struct Scene<'a> {
     pub mesh: &'a PreparedMesh,
     /// Which way is up on both, where that is known of both.
     pub upright: Option<Upright>,
+    /// Drawn eyes, where it is known where eyes are.
+    pub eyes: Option<&'a Eyes>,
     pub watch: &'a dyn Watch,
 }

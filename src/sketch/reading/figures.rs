@@ -1,5 +1,6 @@
 //! The figures of a drawing: which of its parts belong together.
 
+use super::enclosure::Body;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::distance::squared;
@@ -24,8 +25,10 @@ const OF_FIGURE: f64 = 0.2;
 const OVER_SHOULDERS: f64 = 0.25;
 const OFF_MIDDLE: f64 = 0.2;
 
-/// Share of a figure's area up to which something beside it is a part of it.
+/// Share of a figure's area up to which something beside it is a part of it. The area of limbs drawn as lines says nothing.
 const LARGEST_PART: f64 = 0.5;
+/// What lines that were made limbs take so much of consists of them.
+const OF_LIMBS: f64 = 0.5;
 
 /// What has less than this share of the largest figure's area is no figure.
 const SMALLEST_FIGURE: f64 = 0.1;
@@ -47,10 +50,9 @@ pub(super) struct Figure {
     pub necks: Vec<Bitmap>,
 }
 
-/// The figures that areas make in a drawing of this size, largest first. The lines round them are wider by `rim` than what is
-/// seen of them here.
-pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
-    let mut rest = parts(area, 1);
+/// The figures that a body makes in a drawing of this size, largest first.
+pub(super) fn figures(body: &Body, size: f64) -> Vec<Figure> {
+    let mut rest = parts(&body.area, 1);
     let least = SPECK * rest.first().map_or(0, Bitmap::area) as f64;
     rest.retain(|part| part.area() as f64 >= least);
     rest.truncate(MOST_PARTS);
@@ -62,7 +64,7 @@ pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
             continue;
         }
         let mut figure = Figure { area: seed, necks: Vec::new() };
-        figure.join(&mut rest, size, rim);
+        figure.join(&mut rest, body, size);
         figures.push(figure);
     }
     figures.sort_by_key(|figure| std::cmp::Reverse(figure.area.area()));
@@ -70,8 +72,9 @@ pub(super) fn figures(area: &Bitmap, size: f64, rim: f64) -> Vec<Figure> {
 }
 
 impl Figure {
-    /// Takes out of `rest` what belongs to the figure, nearest first.
-    fn join(&mut self, rest: &mut Vec<Bitmap>, size: f64, rim: f64) {
+    /// Takes out of `rest` what belongs to the figure, nearest first. The lines round parts are wider by the body's rim than
+    /// what is seen of them here.
+    fn join(&mut self, rest: &mut Vec<Bitmap>, body: &Body, size: f64) {
         while !rest.is_empty() {
             let width = self.area.width();
             let distances = squared(&self.area);
@@ -84,7 +87,8 @@ impl Figure {
             let nearest: Vec<f64> = rest.iter().map(gap).collect();
             let mut order: Vec<usize> = (0..rest.len()).collect();
             order.sort_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
-            let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * rim, size)) else {
+            let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * body.rim, body, size))
+            else {
                 return;
             };
             let part = rest.remove(next);
@@ -94,7 +98,7 @@ impl Figure {
         }
     }
 
-    fn owns(&self, part: &Bitmap, gap: f64, size: f64) -> bool {
+    fn owns(&self, part: &Bitmap, gap: f64, body: &Body, size: f64) -> bool {
         let (Some(own), Some(other)) = (PixelBox::of(&self.area), PixelBox::of(part)) else { return false };
         let is_floor = other.low[1] + other.height() / 2 > own.high[1] - own.height() / 10
             && other.width() > FLAT * other.height()
@@ -102,10 +106,12 @@ impl Figure {
         if is_floor {
             return false;
         }
+        let is_stick = |area: &Bitmap| area.and(&body.limbs).area() as f64 >= OF_LIMBS * area.area() as f64;
         let is_small = part.area() as f64 <= LARGEST_PART * self.area.area() as f64;
+        let may_be_part = is_small || is_stick(part) || is_stick(&self.area);
         gap <= WHITE_LINE * size
             || is_above(own, other) && gap <= OVER_SHOULDERS * other.side() as f64
-            || is_small
+            || may_be_part
                 && gap <= OF_PART * other.side() as f64
                 && gap <= OF_FIGURE * own.side().max(other.side()) as f64
     }

@@ -111,7 +111,7 @@ impl Reading {
         let ink =
             Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME), ..ink };
         let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
-        let figures = figures::figures(&body.area, size, body.rim);
+        let figures = figures::figures(&body, size);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
         if largest < SMALLEST_FIGURE {
             let detail = format!("the largest figure has {largest} pixels; at least {SMALLEST_FIGURE} are needed");

@@ -2,6 +2,7 @@
 
 use super::FRAME;
 use super::canvas::Canvas;
+use crate::geometry::distance_to_segment;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, eroded, opened};
@@ -77,7 +78,7 @@ fn simplified(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
     (kept[0], kept[last]) = (true, true);
     let mut stretches = vec![(0, last)];
     while let Some((from, to)) = stretches.pop() {
-        let off = |&k: &usize| distance(line[k], line[from], line[to]);
+        let off = |&k: &usize| distance_to_segment(line[k], [line[from], line[to]]);
         let farthest = (from + 1..to).max_by(|a, b| off(a).total_cmp(&off(b)));
         if let Some(farthest) = farthest.filter(|k| off(k) > TOLERANCE) {
             kept[farthest] = true;
@@ -85,12 +86,4 @@ fn simplified(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
         }
     }
     line.iter().zip(kept).filter_map(|(&point, kept)| kept.then_some(point)).collect()
-}
-
-/// The distance of a point from a stretch.
-fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let squared = along[0] * along[0] + along[1] * along[1];
-    let t = if squared > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
-    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
 }

@@ -143,6 +143,17 @@ fn sticks_become_limbs() {
 }
 
 #[test]
+fn strokes_that_do_not_meet_make_one_runner() {
+    let strokes = "M70 210L170 160L250 220H340M215 255L190 330L240 380V460M170 385L120 440H60";
+    let read = svg(&format!(
+        r#"<g fill="none" stroke="black" stroke-width="24"><circle cx="300" cy="95" r="40"/><path d="{strokes}"/></g>"#
+    ));
+    let read = read.unwrap();
+    assert_eq!(read.figures.len(), 1);
+    assert!(!codes(&read).contains(&WarningCode::OtherFigure), "{:?}", read.warnings);
+}
+
+#[test]
 fn of_two_figures_the_other_is_named() {
     let two = r#"<rect x="20" y="100" width="100" height="300"/><rect x="260" y="80" width="120" height="320"/>"#;
     let read = svg(two).unwrap();
