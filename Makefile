@@ -20,13 +20,14 @@ web/dist/index.html: openapi/openapi.json $(shell find web/src web/*.* -type f !
 no-web:
 	@echo "There is no Node here: the service runs without its page (Node 20.19 or later builds it)."
 
-# Every check of the program; that of its page is test-web.
+# Every check: of the program, and of its page where there are Node and Chromium.
 test:
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo check --locked --lib --no-default-features
 	cargo test --locked
 	$(MAKE) context
+	$(if $(and $(NODE),$(CHROMIUM)),$(MAKE) test-web,@echo "The page was not tested: test-web needs Node 20.19 or later and Chromium.")
 
 # Lint, types, and the page in a real browser against the program: needs Node 20.19 or later and Chromium.
 test-web: web
