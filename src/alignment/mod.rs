@@ -40,7 +40,6 @@ use choice::{believed, best_view, trust};
 use distances::by_distances;
 use prepared::{FlatShape, PreparedMesh};
 use scene::Scene;
-use scene::eyes::Eyes;
 use scene::landmarks::Landmarks;
 use search::candidates::candidates;
 
@@ -67,8 +66,7 @@ pub fn aligned(
     first: Option<&dyn Fn(Alignment)>,
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
-    let eyes = Eyes::of(shape, mesh, upright);
-    let scene = &Scene { shape, mesh, upright, eyes: eyes.as_ref(), watch };
+    let scene = &Scene::new(shape, mesh, upright, watch);
     let (landmarks, none) = (&Landmarks::new(shape, landmarks, watch)?, &Landmarks::new(shape, &[], watch)?);
     let candidates = candidates(scene)?;
     let at_first = attempts(scene, &candidates, none)?;
@@ -158,8 +156,7 @@ pub fn weighed(
     upright: Option<Upright>,
     watch: &dyn Watch,
 ) -> Result<(Vec<Weighed>, Vec<[f64; DOUBTS]>), AlignmentError> {
-    let eyes = Eyes::of(shape, mesh, upright);
-    let scene = &Scene { shape, mesh, upright, eyes: eyes.as_ref(), watch };
+    let scene = &Scene::new(shape, mesh, upright, watch);
     let none = &Landmarks::new(shape, &[], watch)?;
     let (best, others) = best_view(scene, attempts(scene, &candidates(scene)?, none)?, none)?;
     let (answer, by_distances) = believed(scene, best.clone())?;

@@ -3,6 +3,7 @@
 use super::Sketch;
 use crate::geometry::distance_to_segment;
 use crate::mesh::connectivity::boundary_edges;
+use crate::mesh::flat::nearest;
 
 /// Length of the longest line that is a dot, and how far every other line and the outline are from it at least, in parts of the
 /// figure's longer side: what is left of a disc in its middle, and no piece of a line that ends there.
@@ -40,11 +41,7 @@ pub(super) fn eyes(sketch: &Sketch) -> Vec<u32> {
     if dots.len() > MOST || dots.iter().any(|&dot| reach(dot) > TOGETHER * side) {
         return Vec::new();
     }
-    let nearest = |[x, y]: [f64; 2]| {
-        let away = |v: &usize| (places[*v][0] - x).powi(2) + (places[*v][1] - y).powi(2);
-        (0..places.len()).min_by(|a, b| away(a).total_cmp(&away(b))).map(|v| v as u32)
-    };
-    dots.into_iter().filter_map(nearest).collect()
+    dots.into_iter().filter_map(|dot| nearest(sketch.mesh(), dot)).map(|(vertex, _)| vertex as u32).collect()
 }
 
 /// The stretches of a line; of a dot the one point it has.

@@ -207,7 +207,7 @@ const HEAD: f64 = 0.3;
 const NO_HEAD: f64 = 0.6;
 
 /// How far from the head drawn eyes are answered, from 0 to 1: their mean.
-pub fn eyes_astray(eyes: &Eyes, map: &[u32]) -> f64 {
+pub fn eyes_astray(eyes: Eyes<'_>, map: &[u32]) -> f64 {
     let away = |&eye: &u32| {
         let distance = f64::from(eyes.from_top[map[eye as usize] as usize]);
         ((distance - HEAD) / (NO_HEAD - HEAD)).clamp(0.0, 1.0)
@@ -269,10 +269,10 @@ mod tests {
 
     #[test]
     fn eyes_belong_to_the_head() {
-        let eyes = Eyes { drawn: vec![0, 1], from_top: vec![0.1, 0.45, 1.2] };
-        assert_eq!(eyes_astray(&eyes, &[0, 0]), 0.0);
-        assert!((eyes_astray(&eyes, &[0, 1]) - 0.25).abs() < 1e-6);
-        assert_eq!(eyes_astray(&eyes, &[2, 2]), 1.0);
+        let eyes = Eyes { drawn: &[0, 1], from_top: &[0.1, 0.45, 1.2] };
+        assert_eq!(eyes_astray(eyes, &[0, 0]), 0.0);
+        assert!((eyes_astray(eyes, &[0, 1]) - 0.25).abs() < 1e-6);
+        assert_eq!(eyes_astray(eyes, &[2, 2]), 1.0);
     }
 
     #[test]

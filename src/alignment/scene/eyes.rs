@@ -9,16 +9,17 @@ const THIN: f64 = 0.035;
 const AROUND: f64 = 0.2;
 
 /// Drawn eyes and the top of the head.
-pub struct Eyes {
+#[derive(Clone, Copy)]
+pub struct Eyes<'a> {
     /// Vertices of the sketch.
-    pub drawn: Vec<u32>,
+    pub drawn: &'a [u32],
     /// For every vertex of the mesh its distance from the highest place of the body that is not thin.
-    pub from_top: Vec<f32>,
+    pub from_top: &'a [f32],
 }
 
-impl Eyes {
+impl<'a> Eyes<'a> {
     /// The eyes of the sketch, where it has any and it is known which way is up on the mesh.
-    pub fn of(shape: &FlatShape, mesh: &PreparedMesh, upright: Option<Upright>) -> Option<Eyes> {
+    pub fn of(shape: &'a FlatShape, mesh: &'a PreparedMesh, upright: Option<Upright>) -> Option<Eyes<'a>> {
         let up = upright.filter(|_| !shape.eyes.is_empty())?.mesh;
         let is_thick = |field: &&Vec<f32>| {
             let near = field.iter().zip(&mesh.masses).filter(|&(&d, _)| f64::from(d) < AROUND);
@@ -28,7 +29,7 @@ impl Eyes {
         let fields = mesh.distances.samples.iter().zip(&mesh.distances.fields);
         let (_, top) =
             fields.filter(|(_, field)| is_thick(field)).max_by(|(a, _), (b, _)| height(**a).total_cmp(&height(**b)))?;
-        Some(Eyes { drawn: shape.eyes.clone(), from_top: top.clone() })
+        Some(Eyes { drawn: &shape.eyes, from_top: top })
     }
 }
 
@@ -53,7 +54,8 @@ mod tests {
         let mesh = PreparedMesh::new(&animal(), &Unwatched).unwrap();
         let shape = || FlatShape::new(&sheet(6, 6), &Unwatched).unwrap();
         let upright = Some(Upright { sketch: [0.0, 1.0], mesh: mesh.axes.along([0.0, 1.0, 0.0]) });
-        let eyes = Eyes::of(&shape().with_eyes(vec![3]), &mesh, upright).unwrap();
+        let seeing = shape().with_eyes(vec![3]);
+        let eyes = Eyes::of(&seeing, &mesh, upright).unwrap();
         let along = |v: &usize| mesh.axes.back(mesh.positions[*v])[2];
         let vertices = 0..mesh.positions.len();
         let head = vertices.clone().max_by(|a, b| along(a).total_cmp(&along(b))).unwrap();
@@ -66,6 +68,6 @@ mod tests {
         );
         assert_eq!(eyes.drawn, [3]);
         assert!(Eyes::of(&shape(), &mesh, upright).is_none());
-        assert!(Eyes::of(&shape().with_eyes(vec![3]), &mesh, None).is_none());
+        assert!(Eyes::of(&seeing, &mesh, None).is_none());
     }
 }

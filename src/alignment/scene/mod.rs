@@ -18,6 +18,17 @@ pub struct Scene<'a> {
     /// Which way is up on both, where that is known of both.
     pub upright: Option<Upright>,
     /// Drawn eyes, where it is known where eyes are.
-    pub eyes: Option<&'a Eyes>,
+    pub eyes: Option<Eyes<'a>>,
     pub watch: &'a dyn Watch,
+}
+
+impl<'a> Scene<'a> {
+    pub fn new(
+        shape: &'a FlatShape,
+        mesh: &'a PreparedMesh,
+        upright: Option<Upright>,
+        watch: &'a dyn Watch,
+    ) -> Scene<'a> {
+        Scene { shape, mesh, upright, eyes: Eyes::of(shape, mesh, upright), watch }
+    }
 }

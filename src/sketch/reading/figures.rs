@@ -108,12 +108,11 @@ impl Figure {
         }
         let is_stick = |area: &Bitmap| area.and(&body.limbs).area() as f64 >= OF_LIMBS * area.area() as f64;
         let is_small = part.area() as f64 <= LARGEST_PART * self.area.area() as f64;
-        let may_be_part = is_small || is_stick(part) || is_stick(&self.area);
         gap <= WHITE_LINE * size
             || is_above(own, other) && gap <= OVER_SHOULDERS * other.side() as f64
-            || may_be_part
-                && gap <= OF_PART * other.side() as f64
+            || gap <= OF_PART * other.side() as f64
                 && gap <= OF_FIGURE * own.side().max(other.side()) as f64
+                && (is_small || is_stick(part) || is_stick(&self.area))
     }
 }
 
