@@ -6,6 +6,7 @@
 pub mod catalogue;
 pub mod coupling;
 pub mod parameter;
+pub mod part;
 pub mod permutation;
 pub mod problem;
 pub mod regulariser;

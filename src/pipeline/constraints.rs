@@ -9,11 +9,14 @@ use super::settings::{Descriptors, Heat, Settings, Wave};
 use crate::descriptors::projection::{RegionProjection, at_points, projections};
 use crate::descriptors::{first_positive, heat_kernel, wave_kernel};
 use crate::functional_map::MapError;
+use crate::functional_map::part::{Group, Partial, Surface};
 use crate::functional_map::permutation::Unordered;
 use crate::functional_map::problem::Problem;
+use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
 use crate::regions::Regions;
+use crate::regions::pairing::RegionPair;
 use crate::spectral::Spectrum;
 
 /// Times at which the heat of a landmark is compared.
@@ -143,6 +146,16 @@ fn of_region(region: &RegionProjection, filters: &[Mat<f64>; 2]) -> [Mat<f64>; 3
     [indicator, &region.gram * &filters[0], &region.gram * &filters[1]]
 }
 
+/// The columns of three matrices beside each other.
+fn beside(blocks: [Mat<f64>; 3]) -> Mat<f64> {
+    let widths = blocks.each_ref().map(Mat::ncols);
+    Mat::from_fn(blocks[0].nrows(), widths.iter().sum(), |i, j| match j {
+        j if j < widths[0] => blocks[0][(i, j)],
+        j if j < widths[0] + widths[1] => blocks[1][(i, j - widths[0])],
+        j => blocks[2][(i, j - widths[0] - widths[1])],
+    })
+}
+
 /// What is known without the order of the regions, and the functions of every region of both shapes.
 ///
 /// # Errors
@@ -160,12 +173,7 @@ pub(super) fn unordered(constraints: &Constraints<'_>, watch: &dyn Watch) -> Res
                 Columns::Unit => unit_columns(columns),
                 Columns::Raw => columns,
             });
-            let widths = scaled.each_ref().map(Mat::ncols);
-            Mat::from_fn(spectrum.len(), widths.iter().sum(), |i, j| match j {
-                j if j < widths[0] => scaled[0][(i, j)],
-                j if j < widths[0] + widths[1] => scaled[1][(i, j - widths[0])],
-                j => scaled[2][(i, j - widths[0] - widths[1])],
-            })
+            beside(scaled)
         };
         Ok::<_, MapError>(projections.iter().map(block).collect())
     };
@@ -173,6 +181,55 @@ pub(super) fn unordered(constraints: &Constraints<'_>, watch: &dyn Watch) -> Res
         known,
         sketch: blocks(sketch, &regions.sketch, &of_sketch)?,
         mesh: blocks(mesh, &regions.mesh, &of_mesh)?,
+    })
+}
+
+/// What is known whatever part of the mesh is shown, and the functions of every pair of regions, of which those of the mesh count
+/// where they are shown. Those of the sketch, at area 1, are smaller by the root of the `area` that the part has on the mesh.
+///
+/// # Errors
+/// As [`problem`].
+pub(super) fn partial<'a>(
+    constraints: &Constraints<'a>,
+    figure: &TriangleMesh,
+    area: f64,
+    watch: &dyn Watch,
+) -> Result<Partial<'a>, MapError> {
+    let Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, .. } = *constraints;
+    let none = Correspondence { pairs: Vec::new(), ..regions.clone() };
+    let known = problem(&Constraints { regions: &none, ..*constraints }, watch)?;
+    let [of_sketch, of_mesh] = filters(descriptors, &sketch.eigenvalues, scaled);
+    let (on_sketch, on_mesh) = (projections(sketch, &regions.sketch, watch)?, projections(mesh, &regions.mesh, watch)?);
+    let l = mesh.len();
+    let group = |pair: &RegionPair| {
+        let a = beside(of_region(&on_sketch[pair.sketch], &of_sketch));
+        let b = beside(of_region(&on_mesh[pair.mesh], &of_mesh));
+        let norms = |matrix: &Mat<f64>, j: usize| match descriptors.columns {
+            Columns::Unit => norm(matrix.as_ref(), j),
+            Columns::Raw => 1.0,
+        };
+        let by = |value: f64, norm: f64| if norm == 0.0 { 0.0 } else { value / norm };
+        // The indicator is the 1 after the squares of the eigenfunctions.
+        let [heat, wave] = &of_mesh;
+        let filter = |i: usize, j: usize| match (j.checked_sub(1), i == l) {
+            (None, of_one) => f64::from(u8::from(of_one)),
+            (Some(_), true) => 0.0,
+            (Some(j), false) if j < heat.ncols() => heat[(i, j)],
+            (Some(j), false) => wave[(i, j - heat.ncols())],
+        };
+        Group {
+            sketch: Mat::from_fn(sketch.len(), a.ncols(), |i, j| area.sqrt() * by(a[(i, j)], norms(&a, j))),
+            filters: Mat::from_fn(l + 1, b.ncols(), |i, j| by(filter(i, j), norms(&b, j))),
+        }
+    };
+    let of_region = |region: usize| regions.pairs.iter().position(|pair| pair.mesh == region);
+    Ok(Partial {
+        known,
+        groups: regions.pairs.iter().map(group).collect(),
+        basis: mesh.eigenfunctions.as_ref(),
+        mass: &mesh.mass,
+        group_of: (0..mesh.vertices()).map(|y| regions.mesh.region(y).and_then(of_region)).collect(),
+        surface: Surface::of(figure),
     })
 }
 

@@ -2,14 +2,15 @@
 
 use faer::Mat;
 
-use super::constraints::{Constraints, at_vertices, problem, unordered};
+use super::constraints::{Constraints, at_vertices, partial, problem, unordered};
 use super::request::Coupling;
 use super::settings::Settings;
 use super::{Fault, MatchError};
 use crate::functional_map::coupling::{Coupling as Coupled, coupled};
+use crate::functional_map::part::{Partial, Shown, shown};
 use crate::functional_map::permutation::{Pair, Unordered, ordered};
 use crate::functional_map::problem::{Problem, Seen, least_squares};
-use crate::functional_map::regulariser::Regulariser;
+use crate::functional_map::regulariser::{PartIndicator, Regulariser};
 use crate::functional_map::solve::{Solution, solve};
 use crate::functional_map::term::Shape;
 use crate::functional_map::weights::weights;
@@ -25,11 +26,13 @@ const SAMPLES: usize = 300;
 const MOST_UNORDERED: usize = 16;
 
 /// What is to be minimised.
-pub(super) enum Energy {
+pub(super) enum Energy<'a> {
     /// In C.
     Ordered(Problem),
     /// In C and the order of the regions.
     Unordered(Unordered),
+    /// In C and the part of the mesh that is shown.
+    Partial(Box<Partial<'a>>),
 }
 
 /// The functional map, and what it was found with.
@@ -38,21 +41,30 @@ pub(super) struct Mapped {
     pub start: Mat<f64>,
     pub weights: Mat<f64>,
     pub solution: Solution,
-    /// The pairs of regions, where their order was found.
-    pub pairs: Option<Vec<RegionPair>>,
+    /// What was found together with C.
+    pub found: Found,
 }
 
-impl Energy {
+/// What is found together with C by some regularisers.
+pub(super) enum Found {
+    Nothing,
+    /// The order of the regions.
+    Pairs(Vec<RegionPair>),
+    /// How much every vertex of the figure belongs to the part that is shown, from 0 to 1.
+    Part(Vec<f64>),
+}
+
+impl<'a> Energy<'a> {
     /// The data term of constraints on these two shapes, with the terms that settings add.
     ///
     /// # Errors
     /// [`MatchError`]: more regions than can be put in order, or the watcher cancels.
     pub fn of(
         settings: &Settings,
-        constraints: &Constraints<'_>,
+        constraints: &Constraints<'a>,
         meshes: [&TriangleMesh; 2],
         watch: &dyn Watch,
-    ) -> Result<Energy, MatchError> {
+    ) -> Result<Energy<'a>, MatchError> {
         let mut energy = match settings.regulariser {
             Regulariser::PermutedL1(_) => {
                 let most = constraints.regions.sketch.count().max(constraints.regions.mesh.count());
@@ -62,11 +74,15 @@ impl Energy {
                 }
                 Energy::Unordered(unordered(constraints, watch)?)
             }
+            Regulariser::PartIndicator(PartIndicator { area, .. }) => {
+                Energy::Partial(Box::new(partial(constraints, meshes[1], area, watch)?))
+            }
             _ => Energy::Ordered(problem(constraints, watch)?),
         };
         let problem = match &mut energy {
             Energy::Ordered(problem) => problem,
             Energy::Unordered(unordered) => &mut unordered.known,
+            Energy::Partial(partial) => &mut partial.known,
         };
         let [sketch, mesh] = constraints.spectra;
         problem.see(seen(constraints.spectra, constraints.scaled));
@@ -87,6 +103,15 @@ impl Energy {
         Ok(energy)
     }
 
+    /// The data term without what is to be found together with C.
+    fn known(&self) -> &Problem {
+        match self {
+            Energy::Ordered(problem) => problem,
+            Energy::Unordered(unordered) => &unordered.known,
+            Energy::Partial(partial) => &partial.known,
+        }
+    }
+
     /// The minimiser, from the pairs of the constraints where their order counts; or the user's `own` map, whose energy is told.
     ///
     /// # Errors
@@ -105,10 +130,15 @@ impl Energy {
                 let pairs: Vec<Pair> = constraints.regions.pairs.iter().map(|pair| [pair.sketch, pair.mesh]).collect();
                 let found = ordered(unordered, term, pairs, &w, watch)?;
                 let pair = |&[sketch, mesh]: &Pair| RegionPair { sketch, mesh, cost: 0.0 };
-                let pairs = Some(found.pairs.iter().map(pair).collect());
-                Ok(Mapped { start: found.start, weights: found.weights, solution: found.solution, pairs })
+                let pairs = Found::Pairs(found.pairs.iter().map(pair).collect());
+                Ok(Mapped { start: found.start, weights: found.weights, solution: found.solution, found: pairs })
             }
-            (Energy::Ordered(problem) | Energy::Unordered(Unordered { known: problem, .. }), regulariser) => {
+            (Energy::Partial(partial), Regulariser::PartIndicator(term)) if own.is_none() => {
+                let Shown { part, start, weights, solution } = shown(partial, term, &w, watch)?;
+                Ok(Mapped { start, weights, solution, found: Found::Part(part) })
+            }
+            (_, regulariser) => {
+                let problem = self.known();
                 let start = least_squares(problem)?;
                 if let (Coupling::JointDiagonalisation { weight }, None) = (settings.basis.coupling, &own) {
                     return coupled_minimiser(problem, regulariser, (settings, weight), start, watch);
@@ -118,10 +148,10 @@ impl Energy {
                     // The objective is that of the data and of the terms that are added to it.
                     let report =
                         Report { iterations: 0, history: vec![problem.value(c.as_ref())], stopped: Stopped::Converged };
-                    return Ok(Mapped { start, weights, solution: Solution { c, report }, pairs: None });
+                    return Ok(Mapped { start, weights, solution: Solution { c, report }, found: Found::Nothing });
                 }
                 let solution = solve(problem, regulariser, &weights, start.clone(), watch)?;
-                Ok(Mapped { start, weights, solution, pairs: None })
+                Ok(Mapped { start, weights, solution, found: Found::Nothing })
             }
         }
     }
@@ -144,7 +174,7 @@ fn coupled_minimiser(
     let weights = weights(&settings.weights, c0.as_ref(), along_sketch, along_mesh);
     let Solution { c, report } = solve(&turned, regulariser, &weights, c0, watch)?;
     let solution = Solution { c: &q * c * p.transpose(), report };
-    Ok(Mapped { start, weights, solution, pairs: None })
+    Ok(Mapped { start, weights, solution, found: Found::Nothing })
 }
 
 /// What energies see of the bases.

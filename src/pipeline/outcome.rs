@@ -235,6 +235,10 @@ pub struct Intermediate {
     pub initial_c: Matrix,
     /// W.
     pub weights: Matrix,
+    /// By the regulariser `part_indicator`: for every vertex of the user's mesh file how much it belongs to the part that the
+    /// sketch shows, from 0 to 1; 0 off the component that is matched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<Vec<f64>>,
 }
 
 /// The regions of both shapes and which correspond.

@@ -7,7 +7,7 @@ use faer::Mat;
 use super::aligned::{Aligned, aligned};
 use super::constraints::{Constraints, Points as AlignedPoints, given, spectral_scale};
 use super::figure::Chosen;
-use super::map::{Energy, Mapped};
+use super::map::{Energy, Found, Mapped};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
 use super::request::{Alignment, Conversion, GivenMap, Refinement, Within};
@@ -119,12 +119,25 @@ impl<'a> Matching<'a> {
         };
         let meshes = [sketch.mesh(), &figure.mesh];
         let energy = stages.run(Stage::Descriptors, |watch| Energy::of(settings, &constraints, meshes, watch))?;
-        let Mapped { start, weights: w, solution, pairs } =
+        let Mapped { start, weights: w, solution, found } =
             stages.run(Stage::Map, |watch| energy.minimiser(settings, &constraints, own, watch))?;
+        let (pairs, part) = match found {
+            Found::Nothing => (None, None),
+            Found::Pairs(pairs) => (Some(pairs), None),
+            Found::Part(part) => (None, Some(part)),
+        };
+        let part = part.as_deref();
         let mut points = stages.run(Stage::Points, |watch| {
             let sizes = upsampled(settings);
             let longer = (sizes != (settings.basis.k, settings.basis.k_mesh)).then(|| at_unit_area(full, sizes.into()));
-            points(settings, sketch, longer.as_ref().unwrap_or(bases), (aligned, &regions), solution.c, watch)
+            points(
+                settings,
+                sketch,
+                longer.as_ref().unwrap_or(bases),
+                Showing { aligned, regions: &regions, part },
+                solution.c,
+                watch,
+            )
         })?;
         // What the user knows is not traded for anything.
         landmarks.iter().for_each(|&[x, y]| (points.map[x], points.places[x]) = (y as u32, None));
@@ -156,6 +169,7 @@ impl<'a> Matching<'a> {
                 regions: PairedRegions { pairs: pairs.unwrap_or(regions.pairs.clone()), ..regions.reported(figure) },
                 initial_c: Matrix::from(start.as_ref()),
                 weights: Matrix::from(w.as_ref()),
+                part: part.map(|part| figure.of_file().map(|own| own.map_or(0.0, |own| part[own])).collect()),
             },
             warnings: warnings(settings, figure, &regions, aligned),
             timings_ms: stages.finish(),
@@ -225,12 +239,30 @@ struct Points {
     confidence: Vec<f64>,
 }
 
-/// The vertices of the mesh that the sketch shows, of n: those seen where an alignment says so, else those in a region; none where that
-/// is all or nothing.
-fn shown(aligned: Option<&Aligned>, regions: &regions::Correspondence, n: usize) -> Option<Vec<u32>> {
-    let seen = aligned.map(|aligned| aligned.visible.clone()).filter(|seen| seen.len() < n);
-    let in_region = || (0..n as u32).filter(|&v| regions.mesh.region(v as usize).is_some()).collect::<Vec<u32>>();
-    Some(seen.unwrap_or_else(in_region)).filter(|part| !part.is_empty() && part.len() < n)
+/// What tells which part of the mesh the sketch shows.
+#[derive(Clone, Copy)]
+struct Showing<'a> {
+    aligned: Option<&'a Aligned>,
+    regions: &'a regions::Correspondence,
+    /// As [`Found::Part`].
+    part: Option<&'a [f64]>,
+}
+
+impl Showing<'_> {
+    /// The vertices that answers are looked for among, of n: of the part that was found, or those seen where an alignment says so;
+    /// none where that is all or nothing.
+    fn answering(&self, n: usize) -> Option<Vec<u32>> {
+        let found = self.part.map(|part| (0..n as u32).filter(|&v| part[v as usize] >= 0.5).collect::<Vec<u32>>());
+        let seen = || self.aligned.map(|aligned| aligned.visible.clone());
+        found.or_else(seen).filter(|part| !part.is_empty() && part.len() < n)
+    }
+
+    /// The same, or where nothing tells those in a region.
+    fn shown(&self, n: usize) -> Option<Vec<u32>> {
+        let in_region =
+            || (0..n as u32).filter(|&v| self.regions.mesh.region(v as usize).is_some()).collect::<Vec<u32>>();
+        Some(self.answering(n).unwrap_or_else(in_region)).filter(|part| !part.is_empty() && part.len() < n)
+    }
 }
 
 /// The points of the map C, refined to these bases at area 1.
@@ -238,7 +270,7 @@ fn points(
     settings: &Settings,
     sketch: &Sketch,
     [phi, psi]: &[Spectrum; 2],
-    (aligned, regions): (Option<&Aligned>, &regions::Correspondence),
+    showing: Showing<'_>,
     c: Mat<f64>,
     watch: &dyn Watch,
 ) -> Result<Points, MatchError> {
@@ -250,18 +282,18 @@ fn points(
         Refinement::Zoomout { within, .. } => {
             let part = match within {
                 Within::Mesh => None,
-                Within::Part => shown(aligned, regions, target.nrows()),
+                Within::Part => showing.shown(target.nrows()),
             };
             zoomout::refined(c, basis, mass, target, part.as_deref(), watch)?
         }
     };
-    if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, aligned) {
+    if let (Conversion::Alignment {}, Some(Aligned { alignment, .. })) = (&settings.conversion, showing.aligned) {
         let (places, confidence) = (alignment.places.clone(), alignment.confidence.clone());
         return Ok(Points { c, map: alignment.map.clone(), places, confidence });
     }
     // Only vertices of the part that is seen can be answers.
-    let seen = aligned.map(|aligned| aligned.visible.as_slice()).filter(|seen| seen.len() < target.nrows());
-    let rows = seen.map(|seen| Mat::from_fn(seen.len(), target.ncols(), |i, j| target[(seen[i] as usize, j)]));
+    let seen = showing.answering(target.nrows());
+    let rows = seen.as_ref().map(|seen| Mat::from_fn(seen.len(), target.ncols(), |i, j| target[(seen[i] as usize, j)]));
     let among = rows.as_ref().map_or(target, Mat::as_ref);
     let found = match settings.conversion {
         Conversion::Indicator {} => points::by_indicator(c.as_ref(), basis, among, watch)?,
@@ -269,7 +301,7 @@ fn points(
             points::by_nearest_neighbour(c.as_ref(), basis, among, watch)?
         }
     };
-    let map: Vec<u32> = found.into_iter().map(|i| seen.map_or(i, |seen| seen[i as usize])).collect();
+    let map: Vec<u32> = found.into_iter().map(|i| seen.as_ref().map_or(i, |seen| seen[i as usize])).collect();
     let flat = sketch.mesh();
     let confidence = confidence::of_points(c.as_ref(), basis, target, &map, flat.positions(), flat.area(), watch)?;
     Ok(Points { c, places: vec![None; map.len()], map, confidence })

@@ -205,6 +205,9 @@ impl Settings {
             if matches!(self.regulariser, Regulariser::PermutedL1(_)) {
                 faults.add("/basis/coupling", "needs regions in a known order: permuted_l1 has none");
             }
+            if matches!(self.regulariser, Regulariser::PartIndicator(_)) {
+                faults.add("/basis/coupling", "needs functions of the whole mesh: part_indicator finds a part of it");
+            }
         }
         let Descriptors { hks, wks, .. } = &self.descriptors;
         faults.range("/descriptors/hks/count", hks.count, 0, MAX_COMPONENTS);

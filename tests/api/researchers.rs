@@ -39,13 +39,21 @@ async fn every_regulariser_and_term_can_be_asked_for() {
     let server = Server::working().await;
     let regularisers = server.read("/v1/regularisers").await;
     let names: Vec<&str> = regularisers.as_array().unwrap().iter().map(|r| r["type"].as_str().unwrap()).collect();
-    assert_eq!(names, ["none", "l2", "l1", "nuclear", "permuted_l1", "matrix_completion"]);
-    for name in ["permuted_l1", "matrix_completion"] {
+    assert_eq!(names, ["none", "l2", "l1", "nuclear", "permuted_l1", "matrix_completion", "part_indicator"]);
+    for name in ["permuted_l1", "matrix_completion", "part_indicator"] {
         let path = server.intrinsic_match(json!({"regulariser": {"type": name, "max_iterations": 20}})).await;
         let result = server.read(&format!("{path}/result")).await;
         assert_eq!(result["solver"]["regulariser"], name);
         let history: Vec<f64> = serde_json::from_value(result["solver"]["history"].clone()).unwrap();
         assert!(history.is_sorted_by(|before, after| after <= before), "{name}: {history:?}");
+        let part = result["intermediate"]["part"].as_array();
+        assert_eq!(part.is_some(), name == "part_indicator");
+        if let Some(part) = part {
+            assert_eq!(part.len(), result["intermediate"]["regions"]["mesh"].as_array().unwrap().len());
+            assert!(part.iter().all(|share| (0.0..=1.0).contains(&share.as_f64().unwrap())));
+            let shown = |point: &Value| part[point["mesh_vertex"].as_u64().unwrap() as usize].as_f64().unwrap() >= 0.5;
+            assert!(result["correspondences"].as_array().unwrap().iter().all(shown));
+        }
     }
     let terms = server.read("/v1/terms").await;
     assert!(terms.as_array().unwrap().iter().all(|term| term["parameters"][0]["name"] == "weight"));

@@ -9,6 +9,7 @@ mod l2;
 mod least_squares;
 mod matrix_completion;
 mod nuclear;
+mod part_indicator;
 mod permuted_l1;
 mod search;
 
@@ -64,6 +65,7 @@ regularisers! {
     Nuclear = nuclear::Nuclear,
     PermutedL1 = permuted_l1::PermutedL1,
     MatrixCompletion = matrix_completion::MatrixCompletion,
+    PartIndicator = part_indicator::PartIndicator,
 }
 
 impl Regulariser {
