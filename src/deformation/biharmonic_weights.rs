@@ -9,6 +9,9 @@ use crate::numerics::bounded_quadratic::{BoundedQuadratic, QuadraticError};
 use crate::numerics::{Share, Watch};
 use crate::spectral::laplacian::{Lumping, mass, stiffness};
 
+/// Raised with every change that alters weights: what was kept before is then not found any more.
+pub const WEIGHTS_VERSION: u32 = 1;
+
 /// How much above or below all its neighbours a weight is an extremum: of less nothing is to be seen.
 const EXTREME: f64 = 1e-4;
 

@@ -57,6 +57,25 @@ pub struct Held {
 }
 
 impl Held {
+    /// A hash of all that the weights depend on.
+    pub fn content_hash(&self) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        let mut number = |bytes: &[u8]| {
+            hasher.update(bytes);
+        };
+        number(self.mesh.content_hash().as_bytes());
+        [self.drawing, self.functions].iter().for_each(|count| number(&(*count as u64).to_le_bytes()));
+        for (vertex, values) in &self.values {
+            number(&vertex.to_le_bytes());
+            number(&(values.len() as u64).to_le_bytes());
+            for (function, weight) in values {
+                number(&(*function as u64).to_le_bytes());
+                number(&weight.to_le_bytes());
+            }
+        }
+        hasher.finalize()
+    }
+
     /// What the handles hold of a flat mesh: a point the nearest vertex, a bone those nearest to its points, a cage the
     /// vertices on its lines.
     ///

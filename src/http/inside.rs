@@ -12,7 +12,7 @@ use super::representation::{OCTETS, SAFETENSORS, Wanted};
 use super::transfers::Matched;
 use super::{App, memory, resource};
 use crate::export::inside;
-use crate::jobs::CachedSpectra;
+use crate::jobs::Caches;
 use crate::numerics::Unwatched;
 use crate::pipeline::{Inside, Settings, functions};
 
@@ -48,7 +48,7 @@ async fn made(app: &App, id: &str) -> Result<Bytes, Problem> {
         let detail = format!("A and B have {numbers} numbers, {LARGEST} are the most that are answered");
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
     }
-    let spectra = CachedSpectra::new(app.store.clone());
+    let spectra = Caches::new(app.store.clone());
     // The blocks, A and B made of them, and the file.
     let memory =
         memory::of_spectrum(mesh.positions().len(), result.request.basis.k_mesh) + 3 * size_of::<f64>() * numbers;

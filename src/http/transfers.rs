@@ -17,7 +17,7 @@ use super::representation::{JSON, NPY, Wanted};
 use super::{App, memory, resource, shapes};
 use crate::export::transfer;
 use crate::intake::{json, sketch as drawings};
-use crate::jobs::CachedSpectra;
+use crate::jobs::Caches;
 use crate::mesh::file_mesh::FileMesh;
 use crate::numerics::Unwatched;
 use crate::pipeline::outcome::MatchResult;
@@ -58,7 +58,7 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
     let canvas =
         if request.given == (Given::Drawing {}) { Some(canvas(&app, &matched.result.sketch).await?) } else { None };
     let taken = memory::of_spectrum(matched.mesh.positions().len(), matched.result.c.rows);
-    let spectra = CachedSpectra::new(app.store.clone());
+    let spectra = Caches::new(app.store.clone());
     let work = move || {
         let Matched { result, sketch, mesh } = &matched;
         let values = request.given.values(|| {
@@ -108,7 +108,7 @@ impl Matched {
     }
 
     /// The points back as JSON.
-    fn inverse(&self, by: By, spectra: &CachedSpectra) -> Result<Bytes, Problem> {
+    fn inverse(&self, by: By, spectra: &Caches) -> Result<Bytes, Problem> {
         let Matched { result, sketch, mesh } = self;
         let sketch_vertices = match by {
             By::Points => sketch_vertices(result, mesh, false),
@@ -175,7 +175,7 @@ pub async fn inverse(
     let fetched = async {
         let matched = Matched::of(&app, &id).await?;
         let memory = memory::of_spectrum(matched.mesh.positions().len(), matched.result.c.rows);
-        let spectra = CachedSpectra::new(app.store.clone());
+        let spectra = Caches::new(app.store.clone());
         let body = app.with_memory(memory, move || matched.inverse(by, &spectra)).await??;
         Ok(move |_| Ok::<_, Infallible>(body))
     };

@@ -59,7 +59,7 @@ impl Task for Decomposition {
         };
         let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no {} {shape}", kind.as_str()), &[]))?;
         let figure = Figure::largest(&mesh);
-        let spectrum = bench.spectra.spectrum(&figure.mesh, k, boundary, progress)?;
+        let spectrum = bench.caches.spectrum(&figure.mesh, k, boundary, progress)?;
         Ok(Eigenvalues { boundary, eigenvalues: spectrum.eigenvalues.iter().copied().take(k).collect(), k })
     }
 }

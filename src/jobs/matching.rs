@@ -34,14 +34,19 @@ impl Task for Settings {
         let mesh = mesh.ok_or_else(|| Failure::refused(format_args!("there is no mesh {}", self.mesh), &[]))?;
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64() * 1e3;
-        let Bench { spectra, preparations, .. } = bench;
+        let caches = &bench.caches;
         let preview = |result: MatchResult| {
             let result = MatchResult { id: Some(id.to_owned()), ..result };
             // Numbers and strings are always written.
             progress.preview(serde_json::to_vec(&result).unwrap_or_default().into());
         };
-        let surroundings =
-            Surroundings { spectra, preparations, watcher: progress, clock: &clock, preview: Some(&preview) };
+        let surroundings = Surroundings {
+            spectra: caches,
+            preparations: caches,
+            watcher: progress,
+            clock: &clock,
+            preview: Some(&preview),
+        };
         let result = pipeline::run(&sketch, &mesh, &self, &surroundings)?;
         measure(&result.timings_ms);
         Ok(MatchResult { id: Some(id.to_owned()), ..result })

@@ -3,6 +3,7 @@
 //! Who asks for a job says what it is by a [`Task`]; who carries it out finds its [`Kind`] by the name it is stored under.
 
 mod bench;
+mod caches;
 pub mod decomposition;
 mod failure;
 mod kind;
@@ -10,19 +11,17 @@ mod matching;
 pub mod memory;
 mod once;
 pub mod posing;
-mod preparations;
 mod progress;
 mod shapes;
-mod spectra;
 mod waiting;
 
 pub use bench::Bench;
+pub use caches::Caches;
 pub use decomposition::Decomposition;
 pub use failure::Failure;
 pub use kind::{Kind, Outcome, Task};
 pub use posing::Posing;
 pub use progress::Progress;
-pub use spectra::CachedSpectra;
 
 use crate::pipeline::Settings;
 

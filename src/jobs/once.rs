@@ -20,6 +20,7 @@ const ASKED: &str = "sketchmatch_cache_total";
 pub(super) enum Cache {
     Spectra,
     Preparations,
+    Weights,
 }
 
 impl Cache {
@@ -27,6 +28,7 @@ impl Cache {
         match self {
             Cache::Spectra => "spectra",
             Cache::Preparations => "preparations",
+            Cache::Weights => "weights",
         }
     }
 
@@ -42,7 +44,7 @@ pub(super) fn describe() {
         ASKED,
         "Questions of jobs to what is cached: found (hit), computed by another meanwhile (waited), or computed (miss)."
     );
-    for cache in [Cache::Spectra, Cache::Preparations] {
+    for cache in [Cache::Spectra, Cache::Preparations, Cache::Weights] {
         for outcome in ["hit", "waited", "miss"] {
             counter!(ASKED, "cache" => cache.name(), "outcome" => outcome).absolute(0);
         }

@@ -43,7 +43,7 @@ impl Task for Posing {
         let matched: MatchResult = serde_json::from_slice(&result).map_err(|error| Failure::internal(error, false))?;
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64() * 1e3;
-        let result = posing::run(&flat, &solid, &matched, &request, &progress.stage("posing"), &clock)?;
+        let result = posing::run(&flat, &solid, &matched, &request, &bench.caches, &progress.stage("posing"), &clock)?;
         Ok(PoseResult { id: Some(id.to_owned()), ..result })
     }
 }

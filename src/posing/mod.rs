@@ -8,15 +8,37 @@ pub mod request;
 mod run;
 mod seen;
 
-use crate::numerics::Cancelled;
+use std::sync::Arc;
+
+use crate::deformation::biharmonic_weights::{self, Weights};
+use crate::deformation::handles::Held;
 use crate::numerics::bounded_quadratic::QuadraticError;
 use crate::numerics::cholesky::FactorisationError;
+use crate::numerics::{Cancelled, Watch};
 use crate::picture::Unfit;
 use crate::pipeline::Fault;
 
 pub use basis::{Basis, basis};
 pub use maps::faults;
 pub use run::run;
+
+/// Where the weights of handles come from: computed, or out of a cache.
+pub trait WeightSource: Sync {
+    /// Those of a drawing that is held so.
+    ///
+    /// # Errors
+    /// [`QuadraticError`].
+    fn weights(&self, held: &Held, watch: &dyn Watch) -> Result<Arc<Weights>, QuadraticError>;
+}
+
+/// Weights computed anew each time.
+pub struct Computing;
+
+impl WeightSource for Computing {
+    fn weights(&self, held: &Held, watch: &dyn Watch) -> Result<Arc<Weights>, QuadraticError> {
+        biharmonic_weights::weights(held, watch).map(Arc::new)
+    }
+}
 
 /// Why a mesh is not posed.
 #[derive(Debug, thiserror::Error)]

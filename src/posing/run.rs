@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use faer::Mat;
 
-use super::PoseError;
 use super::maps::{Map, applied, moves};
 use super::outcome::{HandleWeights, PoseResult, PosedFrame};
 use super::request::PoseRequest;
 use super::seen::Seen;
-use crate::deformation::biharmonic_weights::{Weights, weights};
+use super::{PoseError, WeightSource};
+use crate::deformation::biharmonic_weights::Weights;
 use crate::deformation::strain::strain;
 use crate::deformation::transfer::Transfer;
 use crate::mesh::file_mesh::FileMesh;
@@ -28,6 +28,7 @@ pub fn run(
     mesh: &FileMesh,
     matched: &MatchResult,
     request: &PoseRequest,
+    source: &dyn WeightSource,
     watch: &dyn Watch,
     clock: &dyn Fn() -> f64,
 ) -> Result<PoseResult, PoseError> {
@@ -42,7 +43,7 @@ pub fn run(
     let flat: Vec<[f64; 2]> = sketch.mesh().positions().iter().map(|&[x, y, _]| [x, y]).collect();
     let (weights, frames) = match moves {
         Some(moves) => {
-            let found = weights(&moves.held, &Share::between(watch, 0.0, 0.6))?;
+            let found = source.weights(&moves.held, &Share::between(watch, 0.0, 0.6))?;
             let since = timed("weights", begun);
             let ask = || watch.proceed(0.6).map_err(PoseError::from);
             let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs, ask)?;
@@ -126,7 +127,7 @@ mod tests {
     use crate::mesh::TriangleMesh;
     use crate::mesh::solids::{ball, sheet, turned};
     use crate::numerics::Unwatched;
-    use crate::posing::{Basis, basis};
+    use crate::posing::{Basis, Computing, basis};
     use crate::sketch::YAxis;
 
     /// How the body lies.
@@ -187,7 +188,7 @@ mod tests {
 
     fn run_with(drawn: &Drawn, request: Value) -> PoseResult {
         let request = serde_json::from_value(request).unwrap();
-        run(&drawn.sketch, &drawn.mesh, &drawn.matched, &request, &Unwatched, &|| 0.0).unwrap()
+        run(&drawn.sketch, &drawn.mesh, &drawn.matched, &request, &Computing, &Unwatched, &|| 0.0).unwrap()
     }
 
     fn places(frame: &PosedFrame) -> Vec<[f64; 3]> {

@@ -35,6 +35,7 @@ mod upgrade;
 mod uploads;
 mod usage;
 mod webhooks;
+mod weights;
 
 use std::sync::Arc;
 use std::time::Duration;
