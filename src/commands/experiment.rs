@@ -10,6 +10,7 @@ use super::evaluate_all::progress;
 use super::printed;
 use sketchmatch::example;
 use sketchmatch::experiments::chapter4::{files, parts};
+use sketchmatch::experiments::figures::{eigenfunctions, pairs, rebuilding};
 use sketchmatch::experiments::run::{Case, Record, run as carried_out};
 use sketchmatch::experiments::tables::{summaries, summary_text};
 
@@ -29,7 +30,7 @@ pub struct ExperimentOptions {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Experiment {
-    /// Figures 4.2 to 4.5 of the thesis, and all methods there are.
+    /// Figures 4.1 to 4.5 of the thesis, all methods there are, and its figures of eigenfunctions and pairs.
     Chapter4,
 }
 
@@ -59,6 +60,10 @@ pub fn run(options: &ExperimentOptions) -> anyhow::Result<()> {
         texts.push(format!("{}\n{}", part.name, summary_text(&summaries(&records, |_| true))));
     }
     bar.finish_and_clear();
+    let mut figures = eigenfunctions()?;
+    figures.extend(cases.first().map(|case| rebuilding(&case.mesh)).transpose()?);
+    figures.extend(pairs(&cases)?);
+    figures.iter().try_for_each(|(name, bytes)| write(&options.dir.join(name), bytes))?;
     printed(texts.join("\n").trim_end())
 }
 

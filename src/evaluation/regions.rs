@@ -12,7 +12,7 @@ use crate::regions::Regions;
 const REACH: f64 = 0.12;
 
 /// Labels of the vertices of a sketch and of a mesh's file: `count` geodesic cells of the truth's points, whose
-/// seeds are the point that is farthest from all others on average and then the farthest from those before. `at` are the places of the sketch's
+/// seeds are the point that is farthest from another and then the farthest from those before. `at` are the places of the sketch's
 /// vertices in the truth's coordinates.
 ///
 /// Of a view from the side the far side of the mesh is in no region, else front and back are in that of their point.
@@ -60,8 +60,8 @@ fn cells(plane: &Marching, vertices: &[u32], count: usize) -> Vec<usize> {
             vertices.iter().map(|&w| distances[w as usize]).collect()
         })
         .collect();
-    let mean = |point: &usize| away[*point].iter().sum::<f64>();
-    let Some(first) = (0..vertices.len()).max_by(|a, b| mean(a).total_cmp(&mean(b)).then(b.cmp(a))) else {
+    let reach = |point: &usize| away[*point].iter().copied().fold(0.0, f64::max);
+    let Some(first) = (0..vertices.len()).max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.cmp(a))) else {
         return Vec::new();
     };
     let mut spread = FarthestPoints::new(vertices.len());

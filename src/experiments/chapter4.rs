@@ -89,6 +89,7 @@ fn methods() -> Value {
     json!({
         "none": regulariser("none"), "l1": regulariser("l1"), "l2": regulariser("l2"), "nuclear": regulariser("nuclear"),
         "permuted_l1": regulariser("permuted_l1"), "matrix_completion": regulariser("matrix_completion"),
+        "part_indicator": regulariser("part_indicator"),
         "l1_laplacian": term("laplacian"), "l1_descriptors": term("descriptors"), "l1_orientation": term("orientation"),
         "l1_slant": weights("slant"), "l1_resolvent": weights("resolvent"),
         "l1_coupled": nearest(json!({"basis": {"coupling": {"method": "joint_diagonalisation"}}, "weights": {"method": "slant"}})),
@@ -160,7 +161,7 @@ mod tests {
     fn every_request_can_be_asked_for() {
         let parts = parts().unwrap();
         let counts: Vec<usize> = parts.iter().map(|part| part.combinations.len()).collect();
-        assert_eq!(counts, [24, 12, 28]);
+        assert_eq!(counts, [24, 12, 30]);
         for combination in parts.iter().flat_map(|part| &part.combinations) {
             let mut request = combination.request.clone();
             request.remove("regions");

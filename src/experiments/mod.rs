@@ -4,6 +4,7 @@
 //! interrupted goes on where it stopped; what all come to is written as tables and plots ([`tables`]).
 
 pub mod chapter4;
+pub mod figures;
 pub mod kept;
 pub mod matrix;
 pub mod run;

@@ -159,6 +159,15 @@ impl Request {
     }
 }
 
+/// The answers to one request over cases, in their order; nothing where there is none.
+///
+/// # Errors
+/// [`Unrun`]: a request that is none.
+pub fn answers(combination: &Combination, cases: &[Case]) -> Result<Vec<Option<MatchResult>>, Unrun> {
+    let (request, kept) = (Request::of(combination)?, Kept::default());
+    Ok(side_by_side(cases, |case| request.carried_out(case, &kept).ok()))
+}
+
 /// How many regions the truth is to make: `{"method": "truth", "count": 4}`, which is taken out of the request.
 fn taken_out(request: &mut Map<String, Value>) -> Result<Option<usize>, String> {
     let Some(regions) = request.get("regions").filter(|regions| regions["method"] == "truth") else { return Ok(None) };

@@ -8,6 +8,7 @@ mod drawing;
 mod figure;
 #[cfg(test)]
 mod fixtures;
+mod gallery;
 mod glb;
 pub mod heat_map;
 mod lettering;
@@ -178,6 +179,16 @@ pub fn painted_glb(mesh: &FileMesh, paint: &Paint<'_>) -> Result<Vec<u8>, gltf::
 pub fn painted_png(mesh: &FileMesh, paint: &Paint<'_>, width: u32) -> Result<Vec<u8>, ImageError> {
     let (height, figure) = portrait::painted(mesh.sound(), paint.on(mesh), width);
     png::encoded(width, height, png::pixels(width, height, &[figure]))
+}
+
+/// Meshes as by [`painted_png`], each `width` pixels wide, in rows of `columns`.
+///
+/// # Errors
+/// What the PNG encoder reports.
+pub fn gallery_png(painted: &[(&FileMesh, Paint<'_>)], columns: usize, width: u32) -> Result<Vec<u8>, ImageError> {
+    let portrait = |(mesh, paint): &(&FileMesh, Paint<'_>)| portrait::painted(mesh.sound(), paint.on(mesh), width);
+    let (width, height, figures) = gallery::arranged(painted.iter().map(portrait).collect(), columns, width);
+    png::encoded(width, height, png::pixels(width, height, &figures))
 }
 
 /// The mesh alone, in white, as [`glb`].
