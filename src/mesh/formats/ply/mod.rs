@@ -6,6 +6,7 @@
 mod header;
 
 use std::array::from_fn;
+use std::iter::Peekable;
 
 use super::{Polygons, text};
 use crate::mesh::refusal::{Place, Refusal};
@@ -23,7 +24,13 @@ pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Ref
     match header.encoding {
         Encoding::Text => {
             let words = text::numbered_words(body).map(move |(number, word)| (number + line - 1, word));
-            read_elements(&header, Words { words, line }, body.len(), &mut polygons)?;
+            let words = |of_one_line| Words { words: words.clone().peekable(), line, of_one_line };
+            // Some programs write more on the line of an element than they announce; others break lines where they like.
+            let mut by_lines = Polygons::new(polygons.limits);
+            if read_elements(&header, words(true), body.len(), &mut by_lines).is_ok() {
+                return Ok(by_lines);
+            }
+            read_elements(&header, words(false), body.len(), &mut polygons)?;
         }
         Encoding::Binary { little } => {
             read_elements(&header, Bytes { rest: body, little }, body.len(), &mut polygons)?;
@@ -55,17 +62,20 @@ fn read_elements(
                 for _ in 0..*count {
                     let (position, line) = vertex(properties, axes, &mut values)?;
                     polygons.push_vertex(position, line)?;
+                    values.end();
                 }
             }
             "face" | "tristrips" if *count > 0 => {
                 let corners = corners(element)?;
                 for _ in 0..*count {
                     faces(properties, corners, name == "tristrips", &mut values, polygons)?;
+                    values.end();
                 }
             }
             _ => {
                 for _ in 0..*count {
                     properties.iter().try_for_each(|property| skip(property, &mut values))?;
+                    values.end();
                 }
                 polygons.ignored += count;
             }
@@ -168,6 +178,8 @@ trait Values {
     fn number(&mut self, kind: Scalar, of: &str) -> Result<f64, Refusal>;
     /// Passes over values, whatever they are.
     fn skip(&mut self, kind: Scalar, count: usize) -> Result<(), Refusal>;
+    /// Passes over what follows an element and does not belong to another.
+    fn end(&mut self) {}
     /// The line of the last value in a text.
     fn line(&self) -> Option<u64>;
     /// How much may follow at most.
@@ -197,9 +209,11 @@ trait Values {
 }
 
 /// The words of a text.
-struct Words<I> {
-    words: I,
+struct Words<I: Iterator> {
+    words: Peekable<I>,
     line: u64,
+    /// Whether no other element begins on the line of one.
+    of_one_line: bool,
 }
 
 impl<'a, I: Iterator<Item = (u64, &'a [u8])>> Words<I> {
@@ -219,6 +233,12 @@ impl<'a, I: Iterator<Item = (u64, &'a [u8])>> Values for Words<I> {
 
     fn skip(&mut self, _: Scalar, count: usize) -> Result<(), Refusal> {
         (0..count).try_for_each(|_| self.next().map(|_| ()))
+    }
+
+    fn end(&mut self) {
+        if self.of_one_line {
+            while self.words.next_if(|(line, _)| *line == self.line).is_some() {}
+        }
     }
 
     fn line(&self) -> Option<u64> {
@@ -389,6 +409,24 @@ mod tests {
             assert_eq!(polygons.positions, expected.positions, "{to}");
             assert!(polygons.faces().eq(expected.faces()), "{to}");
         }
+    }
+
+    #[test]
+    fn passes_over_what_is_on_the_line_of_an_element_and_not_announced() {
+        let text = String::from_utf8(text()).unwrap();
+        let expected = read(text.as_bytes(), Format::Ply, &Limits::default()).unwrap();
+        // As MeshLab writes colours of wedges: a list where four numbers are announced.
+        let more =
+            text.replace("4 0 1 2 3\n", "4 0 1 2 3 9 1 1 1 1 1 1 1 1 1\n").replace("1 0 0.5 255", "1 0 0.5 255 7");
+        assert_ne!(more, text);
+        let polygons = read(more.as_bytes(), Format::Ply, &Limits::default()).unwrap();
+        assert_eq!(polygons.positions, expected.positions);
+        assert!(polygons.faces().eq(expected.faces()));
+        // All on one line.
+        let (header, body) = text.split_once("end_header\n").unwrap();
+        let together = format!("{header}end_header\n{}", body.replace('\n', " "));
+        let polygons = read(together.as_bytes(), Format::Ply, &Limits::default()).unwrap();
+        assert!(polygons.positions == expected.positions && polygons.faces().eq(expected.faces()));
     }
 
     #[test]
