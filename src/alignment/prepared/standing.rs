@@ -1,5 +1,5 @@
 //! Which way is up on a mesh: along one of the axes of its file, so that it stands on what lies apart from its plane of
-//! symmetry, as feet do, with its middle above them.
+//! symmetry, as feet do, with its middle above them and not near the ground.
 
 use std::convert::Infallible;
 
@@ -17,6 +17,8 @@ use crate::spectral::laplacian::{Lumping, mass};
 /// symmetry lies apart from it, in units of √area.
 const GROUND: f64 = 0.035;
 const APART: f64 = 0.04;
+/// A middle higher above the ground than this, in units of √area, is no better: legs lift it, a body that lies has it low.
+const HIGH: f64 = 0.4;
 /// What a direction within the plane of symmetry is worth beside standing on feet, one that files have as up (y or z,
 /// not turned round), and that which the convention of the format says.
 const WITHIN: f64 = 0.5;
@@ -90,7 +92,9 @@ impl Body<'_> {
         let frame = Frame::looking_from(up);
         let prints = feet.iter().map(|&v| frame.project(self.positions[v])).collect();
         // The middle of the body is the origin.
-        apart - distance_from_origin(&hull(prints)) + WITHIN * (1.0 - dot(up, self.symmetry.normal).abs())
+        // The middle of the body is the origin.
+        let high = (GROUND - ground).min(HIGH);
+        apart - distance_from_origin(&hull(prints)) + high + WITHIN * (1.0 - dot(up, self.symmetry.normal).abs())
     }
 }
 
