@@ -102,7 +102,7 @@ function RegulariserForm({ all }: { all: Regulariser[] }) {
           >
             <strong>{regulariser.title}</strong>
             <Formula {...regulariser.formula} />
-            <small class="hint">equation {regulariser.equation}</small>
+            {regulariser.equation && <small class="hint">equation {regulariser.equation}</small>}
           </button>
         ))}
       </div>

@@ -2,6 +2,7 @@
 import * as three from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { View } from "../api/types";
+import { coarser } from "../geometry/coarse";
 import { normals } from "../geometry/normals";
 import type { Surface } from "../geometry/surface";
 import { isStill } from "../state/preferences";
@@ -14,6 +15,10 @@ const FILLED = 0.9;
 const REACH = 4;
 /** How long the camera takes to another view, in ms. */
 const FLIGHT = 500;
+
+/** Triangles that a processor draws of a mesh while it moves, about, and how long it rests until all are drawn, in ms. */
+const MOVING = 20_000;
+const REST = 150;
 
 /** What draws where there is no graphics card: of Chromium, of Mesa, of Windows. */
 const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render/i;
@@ -34,6 +39,11 @@ export class Stage {
   private readonly material = new three.MeshLambertMaterial({ vertexColors: true, side: three.DoubleSide });
   private readonly body = new three.Mesh(new three.BufferGeometry(), this.material);
   private controls: OrbitControls;
+  private readonly isProcessor = !hasGraphicsCard();
+  /** All triangles, and fewer to draw while the mesh moves. */
+  private all: three.BufferAttribute | null = null;
+  private few: three.BufferAttribute | null = null;
+  private resting = 0;
   private isAsked = false;
   private isRecoloured = false;
   private flight = 0;
@@ -43,7 +53,7 @@ export class Stage {
     /** Told whenever the picture has changed: what lies over it has to follow. */
     private readonly drawn: () => void,
   ) {
-    this.renderer = new three.WebGLRenderer({ canvas, antialias: hasGraphicsCard(), alpha: true });
+    this.renderer = new three.WebGLRenderer({ canvas, antialias: !this.isProcessor, alpha: true });
     const headlight = new three.DirectionalLight(0xffffff, 1.9);
     headlight.position.set(-0.4, 0.7, 1);
     this.camera.add(headlight);
@@ -56,7 +66,10 @@ export class Stage {
     const geometry = new three.BufferGeometry();
     const places = new three.BufferAttribute(surface.positions.slice(), 3).setUsage(three.DynamicDrawUsage);
     geometry.setAttribute("position", places);
-    geometry.setIndex(new three.BufferAttribute(surface.triangles, 1));
+    this.all = new three.BufferAttribute(surface.triangles, 1);
+    const isMuch = this.isProcessor && surface.triangles.length > 3 * MOVING;
+    this.few = isMuch ? new three.BufferAttribute(coarser(surface, MOVING), 1) : null;
+    geometry.setIndex(this.all);
     geometry.computeVertexNormals();
     geometry.setAttribute("color", new three.BufferAttribute(new Float32Array(surface.positions.length).fill(0.7), 3));
     this.body.geometry.dispose();
@@ -77,10 +90,22 @@ export class Stage {
     if (positions.length !== places?.array.length) return;
     places.array.set(positions);
     places.needsUpdate = true;
-    const [normal, corners] = [this.body.geometry.getAttribute("normal"), this.body.geometry.getIndex()];
-    normals(positions, corners?.array as Uint32Array, normal.array as Float32Array);
+    const normal = this.body.geometry.getAttribute("normal");
+    normals(positions, this.all?.array as Uint32Array, normal.array as Float32Array);
     normal.needsUpdate = true;
+    this.coarsen();
     this.ask();
+  }
+
+  /** Draws few triangles until the mesh has rested. */
+  private coarsen() {
+    if (!this.few) return;
+    clearTimeout(this.resting);
+    this.body.geometry.setIndex(this.few);
+    this.resting = window.setTimeout(() => {
+      this.body.geometry.setIndex(this.all);
+      this.ask();
+    }, REST);
   }
 
   /** Puts the camera so that the mesh is seen from this view. */
@@ -157,6 +182,7 @@ export class Stage {
 
   dispose() {
     cancelAnimationFrame(this.flight);
+    clearTimeout(this.resting);
     this.controls.dispose();
     this.body.geometry.dispose();
     this.material.dispose();
