@@ -24,19 +24,19 @@ pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Ref
     match header.encoding {
         Encoding::Text => {
             let words = text::numbered_words(body).map(move |(number, word)| (number + line - 1, word));
-            let words = |of_one_line| Words { words: words.clone().peekable(), line, of_one_line };
+            let read = |of_one_line: bool| {
+                let mut polygons = Polygons::new(polygons.limits);
+                let words = Words { words: words.clone().peekable(), line, of_one_line };
+                read_elements(&header, words, body.len(), &mut polygons).map(|()| polygons)
+            };
             // Some programs write more on the line of an element than they announce; others break lines where they like.
-            let mut by_lines = Polygons::new(polygons.limits);
-            if read_elements(&header, words(true), body.len(), &mut by_lines).is_ok() {
-                return Ok(by_lines);
-            }
-            read_elements(&header, words(false), body.len(), &mut polygons)?;
+            read(true).or_else(|_| read(false))
         }
         Encoding::Binary { little } => {
             read_elements(&header, Bytes { rest: body, little }, body.len(), &mut polygons)?;
+            Ok(polygons)
         }
     }
-    Ok(polygons)
 }
 
 fn read_elements(
