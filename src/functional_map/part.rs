@@ -105,7 +105,7 @@ impl Partial<'_> {
     ///
     /// # Errors
     /// [`MapError`] if a shape does not fit or an entry is not finite.
-    fn problem(&self, part: &[f64]) -> Result<Problem, MapError> {
+    pub fn problem(&self, part: &[f64]) -> Result<Problem, MapError> {
         let mut problem = self.known.clone();
         for (group, gram) in self.groups.iter().zip(self.grams(part)) {
             problem.constrain(group.sketch.as_ref(), (gram * &group.filters).as_ref())?;

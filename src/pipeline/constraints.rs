@@ -80,6 +80,12 @@ pub(super) fn problem(constraints: &Constraints<'_>, watch: &dyn Watch) -> Resul
     Ok(problem)
 }
 
+/// The data term without the functions of regions.
+fn without_regions(constraints: &Constraints<'_>, watch: &dyn Watch) -> Result<Problem, MapError> {
+    let none = Correspondence { pairs: Vec::new(), ..constraints.regions.clone() };
+    problem(&Constraints { regions: &none, ..*constraints }, watch)
+}
+
 /// Hands on the coefficients of corresponding functions, blocks of A (k × p) and B (l × p) in the order of their columns.
 pub(super) fn each(
     &Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, landmarks, functions, points }: &Constraints<
@@ -162,8 +168,7 @@ fn beside(blocks: [Mat<f64>; 3]) -> Mat<f64> {
 /// As [`problem`].
 pub(super) fn unordered(constraints: &Constraints<'_>, watch: &dyn Watch) -> Result<Unordered, MapError> {
     let Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, .. } = *constraints;
-    let none = Correspondence { pairs: Vec::new(), ..regions.clone() };
-    let known = problem(&Constraints { regions: &none, ..*constraints }, watch)?;
+    let known = without_regions(constraints, watch)?;
     let [of_sketch, of_mesh] = filters(descriptors, &sketch.eigenvalues, scaled);
     let blocks = |spectrum: &Spectrum, regions: &Regions, filters: &[Mat<f64>; 2]| {
         let projections = projections(spectrum, regions, watch)?;
@@ -196,8 +201,7 @@ pub(super) fn partial<'a>(
     watch: &dyn Watch,
 ) -> Result<Partial<'a>, MapError> {
     let Constraints { descriptors, spectra: [sketch, mesh], scaled, regions, .. } = *constraints;
-    let none = Correspondence { pairs: Vec::new(), ..regions.clone() };
-    let known = problem(&Constraints { regions: &none, ..*constraints }, watch)?;
+    let known = without_regions(constraints, watch)?;
     let [of_sketch, of_mesh] = filters(descriptors, &sketch.eigenvalues, scaled);
     let (on_sketch, on_mesh) = (projections(sketch, &regions.sketch, watch)?, projections(mesh, &regions.mesh, watch)?);
     let l = mesh.len();
@@ -294,4 +298,42 @@ fn unit_columns(matrix: Mat<f64>) -> Mat<f64> {
 
 fn norm(matrix: MatRef<'_, f64>, column: usize) -> f64 {
     matrix.col(column).norm_l2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::solids::sheet;
+    use crate::numerics::{Unwatched, random};
+    use crate::pipeline::request::MatchRequest;
+    use crate::spectral::{Boundary, spectrum};
+
+    #[test]
+    fn a_part_that_is_the_whole_mesh_gives_the_data_term_as_it_is() {
+        let (k, meshes) = (7, [sheet(9, 4), sheet(6, 6)]);
+        let spectra =
+            meshes.each_ref().map(|mesh| spectrum(mesh, k, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(k));
+        let thirds = |n: usize| Regions::new((0..n).map(|x| x as i32 % 4 - 1).collect()).unwrap();
+        let [on_sketch, on_mesh] = spectra.each_ref().map(|spectrum| thirds(spectrum.vertices()));
+        let pairs = [[0, 2], [1, 0]].map(|[sketch, mesh]| RegionPair { sketch, mesh, cost: 0.0 }).into();
+        let regions = Correspondence { sketch: on_sketch, mesh: on_mesh, pairs, cost: 0.0 };
+        for columns in [Columns::Unit, Columns::Raw] {
+            let settings = Settings::resolve(&MatchRequest::default()).unwrap();
+            let constraints = Constraints {
+                descriptors: &Descriptors { columns, ..settings.descriptors },
+                spectra: [&spectra[0], &spectra[1]],
+                scaled: &spectra[1].eigenvalues,
+                regions: &regions,
+                landmarks: &[[3, 5]],
+                functions: None,
+                points: None,
+            };
+            let whole = vec![1.0; spectra[1].vertices()];
+            let as_part = partial(&constraints, &meshes[1], 1.0, &Unwatched).unwrap().problem(&whole).unwrap();
+            let as_it_is = problem(&constraints, &Unwatched).unwrap();
+            let c = random::normal(k, k, 1);
+            let (part, all) = (as_part.value(c.as_ref()), as_it_is.value(c.as_ref()));
+            assert!((part - all).abs() < 1e-9 * all, "{columns:?}: {part} {all}");
+        }
+    }
 }

@@ -42,11 +42,11 @@ pub(super) struct Mapped {
     pub weights: Mat<f64>,
     pub solution: Solution,
     /// What was found together with C.
-    pub found: Found,
+    pub together: Together,
 }
 
 /// What is found together with C by some regularisers.
-pub(super) enum Found {
+pub(super) enum Together {
     Nothing,
     /// The order of the regions.
     Pairs(Vec<RegionPair>),
@@ -130,12 +130,12 @@ impl<'a> Energy<'a> {
                 let pairs: Vec<Pair> = constraints.regions.pairs.iter().map(|pair| [pair.sketch, pair.mesh]).collect();
                 let found = ordered(unordered, term, pairs, &w, watch)?;
                 let pair = |&[sketch, mesh]: &Pair| RegionPair { sketch, mesh, cost: 0.0 };
-                let pairs = Found::Pairs(found.pairs.iter().map(pair).collect());
-                Ok(Mapped { start: found.start, weights: found.weights, solution: found.solution, found: pairs })
+                let pairs = Together::Pairs(found.pairs.iter().map(pair).collect());
+                Ok(Mapped { start: found.start, weights: found.weights, solution: found.solution, together: pairs })
             }
             (Energy::Partial(partial), Regulariser::PartIndicator(term)) if own.is_none() => {
                 let Shown { part, start, weights, solution } = shown(partial, term, &w, watch)?;
-                Ok(Mapped { start, weights, solution, found: Found::Part(part) })
+                Ok(Mapped { start, weights, solution, together: Together::Part(part) })
             }
             (_, regulariser) => {
                 let problem = self.known();
@@ -148,10 +148,15 @@ impl<'a> Energy<'a> {
                     // The objective is that of the data and of the terms that are added to it.
                     let report =
                         Report { iterations: 0, history: vec![problem.value(c.as_ref())], stopped: Stopped::Converged };
-                    return Ok(Mapped { start, weights, solution: Solution { c, report }, found: Found::Nothing });
+                    return Ok(Mapped {
+                        start,
+                        weights,
+                        solution: Solution { c, report },
+                        together: Together::Nothing,
+                    });
                 }
                 let solution = solve(problem, regulariser, &weights, start.clone(), watch)?;
-                Ok(Mapped { start, weights, solution, found: Found::Nothing })
+                Ok(Mapped { start, weights, solution, together: Together::Nothing })
             }
         }
     }
@@ -174,7 +179,7 @@ fn coupled_minimiser(
     let weights = weights(&settings.weights, c0.as_ref(), along_sketch, along_mesh);
     let Solution { c, report } = solve(&turned, regulariser, &weights, c0, watch)?;
     let solution = Solution { c: &q * c * p.transpose(), report };
-    Ok(Mapped { start, weights, solution, found: Found::Nothing })
+    Ok(Mapped { start, weights, solution, together: Together::Nothing })
 }
 
 /// What energies see of the bases.

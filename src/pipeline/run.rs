@@ -7,7 +7,7 @@ use faer::Mat;
 use super::aligned::{Aligned, aligned};
 use super::constraints::{Constraints, Points as AlignedPoints, given, spectral_scale};
 use super::figure::Chosen;
-use super::map::{Energy, Found, Mapped};
+use super::map::{Energy, Mapped, Together};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
 use super::request::{Alignment, Conversion, GivenMap, Refinement, Within};
@@ -119,12 +119,12 @@ impl<'a> Matching<'a> {
         };
         let meshes = [sketch.mesh(), &figure.mesh];
         let energy = stages.run(Stage::Descriptors, |watch| Energy::of(settings, &constraints, meshes, watch))?;
-        let Mapped { start, weights: w, solution, found } =
+        let Mapped { start, weights: w, solution, together } =
             stages.run(Stage::Map, |watch| energy.minimiser(settings, &constraints, own, watch))?;
-        let (pairs, part) = match found {
-            Found::Nothing => (None, None),
-            Found::Pairs(pairs) => (Some(pairs), None),
-            Found::Part(part) => (None, Some(part)),
+        let (pairs, part) = match together {
+            Together::Nothing => (None, None),
+            Together::Pairs(pairs) => (Some(pairs), None),
+            Together::Part(part) => (None, Some(part)),
         };
         let part = part.as_deref();
         let mut points = stages.run(Stage::Points, |watch| {
@@ -244,7 +244,7 @@ struct Points {
 struct Showing<'a> {
     aligned: Option<&'a Aligned>,
     regions: &'a regions::Correspondence,
-    /// As [`Found::Part`].
+    /// As [`Together::Part`].
     part: Option<&'a [f64]>,
 }
 
