@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 use sketchmatch::mesh::TriangleMesh;
 use sketchmatch::numerics::Unwatched;
+use sketchmatch::pipeline::Computing;
 use sketchmatch::posing::request::PoseRequest;
-use sketchmatch::posing::{self, Computing, basis};
+use sketchmatch::posing::{self, basis};
 use sketchmatch::sketch::Sketch;
 
 use crate::known::Match;

@@ -122,8 +122,9 @@ pub fn pairs(cases: &[Case]) -> Result<Vec<File>, Undrawn> {
     .unwrap_or_default();
     let cases = &cases[..cases.len().min(PAIRS)];
     let mut files = Vec::new();
-    for combination in combinations(&requests)? {
-        for (case, answer) in cases.iter().zip(answers(&combination, cases)?) {
+    let requests = combinations(&requests)?;
+    for (combination, answers) in requests.iter().zip(answers(&requests, cases)?) {
+        for (case, answer) in cases.iter().zip(answers) {
             let Some(mut answer) = answer else { continue };
             // In full colours, however sure: what is shown is what came of each point.
             answer.correspondences.iter_mut().for_each(|point| point.confidence = 1.0);

@@ -159,13 +159,15 @@ impl Request {
     }
 }
 
-/// The answers to one request over cases, in their order; nothing where there is none.
+/// The answers to every combination over cases, in their order; nothing where there is none.
 ///
 /// # Errors
 /// [`Unrun`]: a request that is none.
-pub fn answers(combination: &Combination, cases: &[Case]) -> Result<Vec<Option<MatchResult>>, Unrun> {
-    let (request, kept) = (Request::of(combination)?, Kept::default());
-    Ok(side_by_side(cases, |case| request.carried_out(case, &kept).ok()))
+pub fn answers(combinations: &[Combination], cases: &[Case]) -> Result<Vec<Vec<Option<MatchResult>>>, Unrun> {
+    let requests = combinations.iter().map(Request::of).collect::<Result<Vec<_>, _>>()?;
+    let kept = Kept::default();
+    let over_cases = |request: &Request| side_by_side(cases, |case| request.carried_out(case, &kept).ok());
+    Ok(requests.iter().map(over_cases).collect())
 }
 
 /// How many regions the truth is to make: `{"method": "truth", "count": 4}`, which is taken out of the request.

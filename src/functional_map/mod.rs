@@ -11,6 +11,7 @@ pub mod permutation;
 pub mod problem;
 pub mod regulariser;
 pub mod solve;
+pub mod surface;
 pub mod term;
 pub mod weights;
 

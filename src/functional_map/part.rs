@@ -9,14 +9,10 @@ use super::MapError;
 use super::problem::{Problem, least_squares};
 use super::regulariser::{PartIndicator, Regulariser};
 use super::solve::{Solution, solve};
-use crate::geometry::{dot, subtract};
-use crate::mesh::TriangleMesh;
+use super::surface::Surface;
 use crate::numerics::conjugate_gradient::{self, Smooth};
 use crate::numerics::{Stopping, Watch, inner_product};
 
-/// Below this slope, in 1/√area, the total variation is rounded off, so that it has a gradient. A step from 0 to 1 over an edge of
-/// a mesh of 5,000 vertices has one of about 50.
-const ROUNDED: f64 = 1.0;
 /// Iterations in η of one turn.
 const ITERATIONS: usize = 30;
 /// v at first, as in the paper: nearly all of the mesh.
@@ -44,16 +40,6 @@ pub struct Group {
     pub filters: Mat<f64>,
 }
 
-/// The triangles of a surface of area 1.
-pub struct Surface(Vec<Triangle>);
-
-struct Triangle {
-    corners: [usize; 3],
-    area: f64,
-    /// |∇f|² = a d₁² + 2 b d₁ d₂ + c d₂² of the differences d of f from the first corner.
-    metric: [f64; 3],
-}
-
 /// A functional map and the part that goes with it.
 pub struct Shown {
     /// η, one of every vertex of the mesh, from 0 to 1.
@@ -62,42 +48,6 @@ pub struct Shown {
     pub start: Mat<f64>,
     pub weights: Mat<f64>,
     pub solution: Solution,
-}
-
-impl Surface {
-    /// That of a mesh, scaled to area 1; triangles without area are left out.
-    pub fn of(mesh: &TriangleMesh) -> Surface {
-        let total = mesh.area().max(f64::MIN_POSITIVE);
-        let triangle = |t: &[u32; 3]| {
-            let [p, q, r] = t.map(|v| mesh.positions()[v as usize]);
-            let (u, v) = (subtract(q, p), subtract(r, p));
-            let [uu, uv, vv] = [dot(u, u), dot(u, v), dot(v, v)].map(|x| x / total);
-            let determinant = uu * vv - uv * uv;
-            let of_area = || Triangle {
-                corners: t.map(|v| v as usize),
-                area: 0.5 * determinant.sqrt(),
-                metric: [vv, -uv, uu].map(|x| x / determinant),
-            };
-            (determinant > f64::EPSILON * uu * vv).then(of_area)
-        };
-        Surface(mesh.triangles().iter().filter_map(triangle).collect())
-    }
-
-    /// ∫ ‖∇f‖, rounded off, and its gradient by the values of f at the vertices.
-    fn variation(&self, f: &[f64]) -> (f64, Vec<f64>) {
-        let (mut value, mut gradient) = (0.0, vec![0.0; f.len()]);
-        for Triangle { corners: [i, j, k], area, metric: [a, b, c] } in &self.0 {
-            let (d, e) = (f[*j] - f[*i], f[*k] - f[*i]);
-            let slope = (a * d * d + 2.0 * b * d * e + c * e * e).max(0.0);
-            let rounded = (slope + ROUNDED * ROUNDED).sqrt();
-            value += area * (rounded - ROUNDED);
-            let (by_d, by_e) = (area * (a * d + b * e) / rounded, area * (b * d + c * e) / rounded);
-            gradient[*j] += by_d;
-            gradient[*k] += by_e;
-            gradient[*i] -= by_d + by_e;
-        }
-        (value, gradient)
-    }
 }
 
 impl Partial<'_> {
@@ -166,7 +116,7 @@ struct OfPart<'a> {
     partial: &'a Partial<'a>,
     term: &'a PartIndicator,
     images: Vec<Image>,
-    roots: Vec<f64>,
+    roots: &'a [f64],
 }
 
 /// What of the functions of a group counts for a given C: ‖C A − G F‖²_F = ‖C A‖²_F − 2 ⟨C A Fᵀ, G⟩ + ⟨G F Fᵀ, G⟩.
@@ -192,7 +142,7 @@ impl Image {
 
 impl OfPart<'_> {
     fn part(&self, x: MatRef<'_, f64>) -> Vec<f64> {
-        x.col(0).iter().zip(&self.roots).map(|(x, root)| indicator(x / root)).collect()
+        x.col(0).iter().zip(self.roots).map(|(x, root)| indicator(x / root)).collect()
     }
 
     /// By how much the area of the part is too large.
@@ -248,14 +198,14 @@ pub fn shown(
     let mut x = Mat::from_fn(roots.len(), 1, |y, _| FIRST * roots[y]);
     let mut part = vec![indicator(FIRST); roots.len()];
     let mut problem = partial.problem(&part)?;
-    let mut start = least_squares(&problem)?;
-    let w = weights(&start);
-    let mut solution = solve(&problem, &regulariser, &w, start.clone(), watch)?;
+    let first = least_squares(&problem)?;
+    let w = weights(&first);
+    let mut solution = solve(&problem, &regulariser, &w, first, watch)?;
     // A unit of length for v: that by which the gradient of data and area at most grows.
     let step = 0.5 / (partial.largest() + term.area_weight).max(f64::MIN_POSITIVE);
     for _ in 0..term.rounds {
         let images = partial.groups.iter().map(|group| Image::of(&solution.c, group)).collect();
-        let of_part = OfPart { partial, term, images, roots: roots.clone() };
+        let of_part = OfPart { partial, term, images, roots: &roots };
         let h = Smooth {
             objective: |x: MatRef<'_, f64>| of_part.value(x),
             gradient: |x: MatRef<'_, f64>| of_part.gradient(x),
@@ -264,15 +214,15 @@ pub fn shown(
         (x, _) = conjugate_gradient::minimise(&h, x, Stopping { max_iterations: ITERATIONS, tolerance: 0.0 }, watch)?;
         part = of_part.part(x.as_ref());
         problem = partial.problem(&part)?;
-        start = least_squares(&problem)?;
         solution = solve(&problem, &regulariser, &w, solution.c, watch)?;
     }
-    Ok(Shown { part, start, weights: w, solution })
+    Ok(Shown { part, start: least_squares(&problem)?, weights: w, solution })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::TriangleMesh;
     use crate::mesh::solids::sheet;
     use crate::numerics::{Unwatched, random};
     use crate::spectral::{Boundary, Spectrum, spectrum};
@@ -337,7 +287,7 @@ mod tests {
         let images = partial.groups.iter().map(|group| Image::of(&c, group)).collect();
         let roots: Vec<f64> = spectrum.mass.iter().map(|mass| mass.sqrt()).collect();
         let n = roots.len();
-        let of_part = OfPart { partial: &partial, term: &term, images, roots };
+        let of_part = OfPart { partial: &partial, term: &term, images, roots: &roots };
         let (x, direction, step) = (0.05 * random::normal(n, 1, 4), random::normal(n, 1, 5), 1e-6);
         let difference =
             of_part.value((&x + step * &direction).as_ref()) - of_part.value((&x - step * &direction).as_ref());
@@ -365,15 +315,5 @@ mod tests {
         assert!((partial.problem(&part).unwrap().value(c.as_ref()) - wanted).abs() < 1e-9 * wanted);
         let image = Image::of(&c, &partial.groups[0]);
         assert!((image.value(&partial.grams(&part)[0]) - wanted).abs() < 1e-9 * wanted);
-    }
-
-    #[test]
-    fn the_variation_of_an_indicator_is_the_length_of_its_boundary() {
-        // Over the middle of a sheet of 2 : 1 the boundary is half as long as the sheet: at area 1, 1/√2.
-        let mesh = sheet(200, 100);
-        let right = mesh.positions().iter().map(|p| p[0]).fold(0.0, f64::max);
-        let f: Vec<f64> = mesh.positions().iter().map(|p| if p[0] < 0.5 * right { 1.0 } else { 0.0 }).collect();
-        let (length, _) = Surface::of(&mesh).variation(&f);
-        assert!((length - 0.5f64.sqrt()).abs() < 0.03, "{length}");
     }
 }

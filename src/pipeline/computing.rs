@@ -1,4 +1,4 @@
-//! Everything a match needs of meshes, computed anew each time.
+//! Everything a match or a pose needs of shapes, computed anew each time.
 
 use std::sync::Arc;
 

@@ -9,9 +9,10 @@ use super::settings::{Descriptors, Heat, Settings, Wave};
 use crate::descriptors::projection::{RegionProjection, at_points, projections};
 use crate::descriptors::{first_positive, heat_kernel, wave_kernel};
 use crate::functional_map::MapError;
-use crate::functional_map::part::{Group, Partial, Surface};
+use crate::functional_map::part::{Group, Partial};
 use crate::functional_map::permutation::Unordered;
 use crate::functional_map::problem::Problem;
+use crate::functional_map::surface::Surface;
 use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
@@ -204,27 +205,19 @@ pub(super) fn partial<'a>(
     let known = without_regions(constraints, watch)?;
     let [of_sketch, of_mesh] = filters(descriptors, &sketch.eigenvalues, scaled);
     let (on_sketch, on_mesh) = (projections(sketch, &regions.sketch, watch)?, projections(mesh, &regions.mesh, watch)?);
+    // The indicator is the 1 after the squares of the eigenfunctions, of which heat and waves are made.
     let l = mesh.len();
+    let padded = |m: &Mat<f64>| Mat::from_fn(l + 1, m.ncols(), |i, j| if i < l { m[(i, j)] } else { 0.0 });
+    let indicator = Mat::from_fn(l + 1, 1, |i, _| if i < l { 0.0 } else { 1.0 });
+    let filters = beside([indicator, padded(&of_mesh[0]), padded(&of_mesh[1])]);
     let group = |pair: &RegionPair| {
         let a = beside(of_region(&on_sketch[pair.sketch], &of_sketch));
         let b = beside(of_region(&on_mesh[pair.mesh], &of_mesh));
-        let norms = |matrix: &Mat<f64>, j: usize| match descriptors.columns {
-            Columns::Unit => norm(matrix.as_ref(), j),
-            Columns::Raw => 1.0,
+        let (a, filters) = match descriptors.columns {
+            Columns::Unit => (by_norms(&a, &a), by_norms(&filters, &b)),
+            Columns::Raw => (a, filters.clone()),
         };
-        let by = |value: f64, norm: f64| if norm == 0.0 { 0.0 } else { value / norm };
-        // The indicator is the 1 after the squares of the eigenfunctions.
-        let [heat, wave] = &of_mesh;
-        let filter = |i: usize, j: usize| match (j.checked_sub(1), i == l) {
-            (None, of_one) => f64::from(u8::from(of_one)),
-            (Some(_), true) => 0.0,
-            (Some(j), false) if j < heat.ncols() => heat[(i, j)],
-            (Some(j), false) => wave[(i, j - heat.ncols())],
-        };
-        Group {
-            sketch: Mat::from_fn(sketch.len(), a.ncols(), |i, j| area.sqrt() * by(a[(i, j)], norms(&a, j))),
-            filters: Mat::from_fn(l + 1, b.ncols(), |i, j| by(filter(i, j), norms(&b, j))),
-        }
+        Group { sketch: area.sqrt() * a, filters }
     };
     let of_region = |region: usize| regions.pairs.iter().position(|pair| pair.mesh == region);
     Ok(Partial {
@@ -292,7 +285,12 @@ pub(super) fn given(functions: &[FunctionPair], figure: &Figure) -> Option<[Mat<
 
 /// Every column to Euclidean norm 1; a column of zeros stays.
 fn unit_columns(matrix: Mat<f64>) -> Mat<f64> {
-    let norms: Vec<f64> = (0..matrix.ncols()).map(|j| norm(matrix.as_ref(), j)).collect();
+    by_norms(&matrix, &matrix)
+}
+
+/// The columns of a matrix divided by the Euclidean norms of another's; 0 where that is 0.
+fn by_norms(matrix: &Mat<f64>, other: &Mat<f64>) -> Mat<f64> {
+    let norms: Vec<f64> = (0..other.ncols()).map(|j| norm(other.as_ref(), j)).collect();
     Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| if norms[j] == 0.0 { 0.0 } else { matrix[(i, j)] / norms[j] })
 }
 

@@ -16,7 +16,7 @@ use crate::numerics::bounded_quadratic::QuadraticError;
 use crate::numerics::cholesky::FactorisationError;
 use crate::numerics::{Cancelled, Watch};
 use crate::picture::Unfit;
-use crate::pipeline::Fault;
+use crate::pipeline::{Computing, Fault};
 
 pub use basis::{Basis, basis};
 pub use maps::faults;
@@ -30,9 +30,6 @@ pub trait WeightSource: Sync {
     /// [`QuadraticError`].
     fn weights(&self, held: &Held, watch: &dyn Watch) -> Result<Arc<Weights>, QuadraticError>;
 }
-
-/// Weights computed anew each time.
-pub struct Computing;
 
 impl WeightSource for Computing {
     fn weights(&self, held: &Held, watch: &dyn Watch) -> Result<Arc<Weights>, QuadraticError> {

@@ -127,7 +127,8 @@ mod tests {
     use crate::mesh::TriangleMesh;
     use crate::mesh::solids::{ball, sheet, turned};
     use crate::numerics::Unwatched;
-    use crate::posing::{Basis, Computing, basis};
+    use crate::pipeline::Computing;
+    use crate::posing::{Basis, basis};
     use crate::sketch::YAxis;
 
     /// How the body lies.

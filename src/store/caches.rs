@@ -1,10 +1,26 @@
 //! What is cached, and for which shapes: it is freed with the last of them.
 
+use std::fmt::Display;
+
 use bytes::Bytes;
 
-use super::{Store, StoreError};
+use super::{Store, StoreError, blocking};
 
 impl Store {
+    /// What is cached as that blob; nothing where there is none or it is damaged, so that it is computed and written anew.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub(super) async fn cached<T: Send + 'static, E: Display + Send + 'static>(
+        &self,
+        name: String,
+        decode: impl FnOnce(&[u8]) -> Result<T, E> + Send + 'static,
+    ) -> Result<Option<T>, StoreError> {
+        let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
+        let decoded = blocking(move || Ok(decode(&bytes))).await?;
+        Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "what is cached cannot be read")).ok())
+    }
+
     /// Caches a blob that was made for this shape, as long as there is the shape. What is cached for no shape stays.
     ///
     /// # Errors

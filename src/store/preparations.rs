@@ -11,10 +11,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn preparation(&self, mesh: &blake3::Hash) -> Result<Option<PreparedMesh>, StoreError> {
-        let name = self.preparation_name(mesh);
-        let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
-        let decoded = blocking(move || Ok(postcard::from_bytes::<PreparedMesh>(&bytes))).await?;
-        Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a preparation cannot be read")).ok())
+        self.cached(self.preparation_name(mesh), |bytes: &[u8]| postcard::from_bytes(bytes)).await
     }
 
     /// Caches what was made of the mesh of that content, for as long as there is the shape it was made for.

@@ -50,10 +50,7 @@ impl Store {
         let cached = self.blobs.names(&folder).await?;
         let lengths = cached.iter().filter_map(|name| length(name));
         let Some(length) = lengths.filter(|length| (k..=rung(k)).contains(length)).max() else { return Ok(None) };
-        let name = blob(&folder, length);
-        let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
-        let decoded = blocking(move || Ok(decode(&bytes, length))).await?;
-        Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "a spectrum cannot be read")).ok())
+        self.cached(blob(&folder, length), move |bytes| decode(bytes, length)).await
     }
 
     /// Caches a spectrum under its number of eigenpairs, for as long as there is the shape it was made for.

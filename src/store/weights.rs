@@ -15,10 +15,7 @@ impl Store {
     /// # Errors
     /// What the disk said.
     pub async fn weights(&self, held: &blake3::Hash) -> Result<Option<Weights>, StoreError> {
-        let name = self.weights_name(held);
-        let Some(bytes) = self.blobs.read_cached(&name).await? else { return Ok(None) };
-        let decoded = blocking(move || Ok(decode(&bytes))).await?;
-        Ok(decoded.inspect_err(|error| tracing::warn!(%error, name, "weights cannot be read")).ok())
+        self.cached(self.weights_name(held), decode).await
     }
 
     /// Caches the weights of a drawing that is held so, for as long as there is the shape they were made for.
