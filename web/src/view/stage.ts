@@ -44,6 +44,8 @@ export class Stage {
   private all: three.BufferAttribute | null = null;
   private few: three.BufferAttribute | null = null;
   private resting = 0;
+  /** The places of the mesh that is shown, as they came. */
+  private rest: Float32Array | null = null;
   private isAsked = false;
   private isRecoloured = false;
   private flight = 0;
@@ -66,6 +68,7 @@ export class Stage {
     const geometry = new three.BufferGeometry();
     const places = new three.BufferAttribute(surface.positions.slice(), 3).setUsage(three.DynamicDrawUsage);
     geometry.setAttribute("position", places);
+    this.rest = surface.positions;
     this.all = new three.BufferAttribute(surface.triangles, 1);
     const isMuch = this.isProcessor && surface.triangles.length > 3 * MOVING;
     this.few = isMuch ? new three.BufferAttribute(coarser(surface, MOVING), 1) : null;
@@ -93,7 +96,7 @@ export class Stage {
     const normal = this.body.geometry.getAttribute("normal");
     normals(positions, this.all?.array as Uint32Array, normal.array as Float32Array);
     normal.needsUpdate = true;
-    this.coarsen();
+    if (positions !== this.rest) this.coarsen();
     this.ask();
   }
 
