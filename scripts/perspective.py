@@ -10,12 +10,13 @@ a pixel is the vertex nearest to what the camera sees there first, or last, or t
 """
 import argparse
 import io
-import json
 import math
-import urllib.request
 
 import numpy as np
 from PIL import Image
+
+from broken_meshes import read_off
+from landmarks import called, posted
 
 SIZE = 512
 MARGIN = 30
@@ -23,22 +24,13 @@ POINTS = 200
 FAR = 1e4
 
 
-def called(server, path, body, kind, **headers):
-    request = urllib.request.Request(server + path, data=body, headers={"content-type": kind, **headers})
-    with urllib.request.urlopen(request, timeout=600) as answer:
-        return json.loads(answer.read())
-
-
 def read(path):
-    """Vertices and triangles of an OBJ or an OFF, polygons as fans."""
-    words = [line.split() for line in open(path) if line.strip() and not line.startswith("#")]
+    """Vertices and triangles of an OBJ or an OFF, polygons of an OBJ as fans."""
     if path.endswith(".off"):
-        count, faces = int(words[1][0]), words[2 + int(words[1][0]) :]
-        vertices = [row[:3] for row in words[2 : 2 + count]]
-        polygons = [[int(v) for v in row[1 : 1 + int(row[0])]] for row in faces if row]
-    else:
-        vertices = [row[1:4] for row in words if row[0] == "v"]
-        polygons = [[int(v.split("/")[0]) - 1 for v in row[1:]] for row in words if row[0] == "f"]
+        return read_off(path)
+    words = [line.split() for line in open(path) if line.strip()]
+    vertices = [row[1:4] for row in words if row[0] == "v"]
+    polygons = [[int(v.split("/")[0]) - 1 for v in row[1:]] for row in words if row[0] == "f"]
     triangles = [[p[0], p[i], p[i + 1]] for p in polygons for i in range(1, len(p) - 1)]
     return np.array(vertices, float), np.array(triangles)
 
@@ -94,15 +86,15 @@ def error(server, mesh, vertex, twin):
     mask = vertex[0] >= 0
     picture = io.BytesIO()
     Image.fromarray(np.where(mask, 0, 255).astype(np.uint8)).save(picture, "PNG")
-    sketch = called(server, "/v1/sketches", picture.getvalue(), "image/png")["id"]
+    sketch = called(server, "POST", "/v1/sketches", picture.getvalue(), "image/png")["id"]
     ys, xs = np.nonzero(mask)
     chosen = np.linspace(0, len(xs) - 1, POINTS).astype(int)
     points = [[float(x) + 0.5, float(y) + 0.5] for x, y in zip(xs[chosen], ys[chosen])]
     variants = {name: [int(v) for v in layer[ys[chosen], xs[chosen]]] for name, layer in zip(["front", "back"], vertex)}
     variants |= {f"{name}_mirrored": [int(twin[v]) for v in seen] for name, seen in variants.items()}
-    match = called(server, "/v1/matches", json.dumps({"mesh": mesh, "sketch": sketch}).encode(), "application/json", prefer="wait=120")
+    match = posted(server, "/v1/matches", {"mesh": mesh, "sketch": sketch}, prefer="wait=120")
     truth = {"pairs": {"side": True, "points": points, "variants": variants}}
-    judged = called(server, f"/v1/matches/{match['id']}/evaluations", json.dumps(truth).encode(), "application/json")
+    judged = posted(server, f"/v1/matches/{match['id']}/evaluations", truth)
     return judged["pairs"]["coherent"]["mean"]
 
 
@@ -118,7 +110,7 @@ def main():
     for path in options.meshes:
         vertices, triangles = read(path)
         kind = path.rsplit(".", 1)[1]
-        mesh = called(options.server, f"/v1/meshes?format={kind}", open(path, "rb").read(), "application/octet-stream")["id"]
+        mesh = called(options.server, "POST", f"/v1/meshes?format={kind}", open(path, "rb").read(), "application/octet-stream")["id"]
         extent = (vertices.max(0) - vertices.min(0)) * (1 - up)
         broad, twin = np.eye(3)[extent.argmax()], twins(vertices, up)
         for degrees in [-30, 0, 30]:
