@@ -12,11 +12,19 @@ const WIDEST_PEN: f64 = 0.055;
 /// Width of the widest pen of a drawing that is lines only: icons have such.
 const WIDEST_LINE: f64 = 0.13;
 
-/// A drawing is lines only where no more than this share of it is thicker than 1.3 times its mean width.
+/// Lines are even where no more than this share of them is thicker than 1.3 times their mean width; so is a drawing of lines only.
 const UNEVEN: f64 = 0.25;
 
 /// A hole is one, and no inside of a line, where this share of its rim at least is thicker than any pen.
 const SOLID_RIM: f64 = 0.85;
+
+/// And it takes no more than this share of what it is in: what is larger is the inside of a very wide line.
+const LARGEST_HOLE: f64 = 0.3;
+
+/// Or where no more than this share of the ink is thin, and what is thin about the hole is of uneven width, as a limb is: such
+/// a hole is no larger part of the figure than [`LIMB_HOLE`].
+const FILLED: f64 = 0.25;
+const LIMB_HOLE: f64 = 0.1;
 
 /// Holes of a smaller part of the figure than this are eyes and the like.
 const SMALL_HOLE: f64 = 0.005;
@@ -130,37 +138,55 @@ fn outlining_pen(area: &Bitmap, dark: &Bitmap, size: f64) -> Option<f64> {
     let is_outlined = lined >= OUTLINED * edge.area() as f64;
     let inside = eroded(area, WIDEST_PEN * size);
     let is_line = inside.and(dark).area() as f64 <= DARK_INSIDE * inside.area() as f64;
-    (is_outlined && is_line).then(|| 2.0 * thin.area() as f64 / rim(&thin).max(1) as f64)
+    (is_outlined && is_line).then(|| mean_width(&thin))
 }
 
 impl<'a> Lines<'a> {
     fn of(ink: &'a Bitmap, size: f64) -> Lines<'a> {
-        let mean_width = 2.0 * ink.area() as f64 / rim(ink).max(1) as f64;
-        let is_even = opened(ink, 0.65 * mean_width).area() as f64 <= UNEVEN * ink.area() as f64;
-        if is_even && mean_width <= WIDEST_LINE * size {
-            return Lines { ink, size, thin: ink.clone(), pen: mean_width };
+        let width = mean_width(ink);
+        if width <= WIDEST_LINE * size && is_even(ink) {
+            return Lines { ink, size, thin: ink.clone(), pen: width };
         }
         let solid = dilated(&opened(ink, 0.5 * WIDEST_PEN * size), 1.5);
         let thin = ink.without(&solid);
-        let pen = 2.0 * thin.area() as f64 / rim(&thin).max(1) as f64;
-        Lines { ink, size, thin, pen }
+        Lines { pen: mean_width(&thin), ink, size, thin }
     }
 
     /// The ink with what it encloses, and its true holes.
     fn with_insides(&self) -> (Bitmap, Bitmap) {
         let whole = filled(self.ink);
         let least = SMALL_HOLE * whole.area() as f64;
-        let solid = self.ink.without(&self.thin);
+        let outside = dilated(&whole.complement(), 2.0);
         let mut true_holes = Bitmap::new(whole.width(), whole.height());
         for hole in parts(&whole.without(self.ink), least as usize) {
-            let rim = dilated(&hole, 2.0).and(self.ink);
-            let is_solid = rim.and(&solid).area() as f64 >= SOLID_RIM * rim.area() as f64;
-            let is_eye = is_round(&hole) && hole.area() as f64 <= ROUND_HOLE * whole.area() as f64;
-            if is_solid && !is_eye {
+            let share = hole.area() as f64 / whole.area() as f64;
+            let is_eye = is_round(&hole) && share <= ROUND_HOLE;
+            if !is_eye
+                && (share <= LARGEST_HOLE && self.is_in_solid(&hole)
+                    || share <= LIMB_HOLE && self.is_behind_limb(&hole, &outside))
+            {
                 true_holes = true_holes.or(&hole);
             }
         }
         (whole.without(&true_holes), true_holes)
+    }
+
+    fn is_in_solid(&self, hole: &Bitmap) -> bool {
+        let rim = dilated(hole, 2.0).and(self.ink);
+        rim.without(&self.thin).area() as f64 >= SOLID_RIM * rim.area() as f64
+    }
+
+    /// Whether what is thin between a hole and what is outside is no line of a pen.
+    fn is_behind_limb(&self, hole: &Bitmap, outside: &Bitmap) -> bool {
+        if self.thin.area() as f64 > FILLED * self.ink.area() as f64 {
+            return false;
+        }
+        let between = parts(&self.thin.and(&dilated(hole, WIDEST_PEN * self.size)), 1);
+        let limb = between
+            .iter()
+            .filter(|part| part.and(outside).area() > 0)
+            .fold(None, |limb, part| Some(limb.map_or_else(|| part.clone(), |limb: Bitmap| limb.or(part))));
+        limb.is_some_and(|limb| !is_even(&limb))
     }
 
     /// Thin ink that is not beside an area thicker than a line.
@@ -252,6 +278,16 @@ impl<'a> Lines<'a> {
         }
         pockets
     }
+}
+
+/// The width of ink that is lines, in pixels.
+fn mean_width(ink: &Bitmap) -> f64 {
+    2.0 * ink.area() as f64 / rim(ink).max(1) as f64
+}
+
+/// Whether ink has one width, as a pen leaves it.
+fn is_even(ink: &Bitmap) -> bool {
+    opened(ink, 0.65 * mean_width(ink)).area() as f64 <= UNEVEN * ink.area() as f64
 }
 
 fn is_round(hole: &Bitmap) -> bool {

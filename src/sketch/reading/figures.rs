@@ -16,8 +16,10 @@ const MOST_PARTS: usize = 24;
 /// A part is joined over a gap of this part of the drawing's size however large both are: a white line.
 const WHITE_LINE: f64 = 0.03;
 
-/// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head.
+/// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head. What is drawn in lines
+/// beside another is joined with it by lines, and over narrower gaps only: a tree.
 const OF_PART: f64 = 0.6;
+const OF_DRAWN: f64 = 0.15;
 const OF_FIGURE: f64 = 0.2;
 
 /// A head over the middle of shoulders is joined over a gap of up to so much of its own size however large it is, and is so
@@ -108,11 +110,14 @@ impl Figure {
         }
         let is_stick = |area: &Bitmap| area.and(&body.limbs).area() as f64 >= OF_LIMBS * area.area() as f64;
         let is_small = part.area() as f64 <= LARGEST_PART * self.area.area() as f64;
+        let is_of_limbs = is_stick(part) || is_stick(&self.area);
+        let beside = own.low[0] >= other.high[0] || other.low[0] >= own.high[0];
+        let reach = if body.rim > 0.0 && beside && !is_of_limbs { OF_DRAWN } else { OF_PART };
         gap <= WHITE_LINE * size
             || is_above(own, other) && gap <= OVER_SHOULDERS * other.side() as f64
-            || gap <= OF_PART * other.side() as f64
+            || gap <= reach * other.side() as f64
                 && gap <= OF_FIGURE * own.side().max(other.side()) as f64
-                && (is_small || is_stick(part) || is_stick(&self.area))
+                && (is_small || is_of_limbs)
     }
 }
 

@@ -1,9 +1,12 @@
 //! What is drawn on a sheet: all that differs from its ground.
 
 use super::Sheet;
+use super::border;
+use super::floor::floor;
 use super::ground::Ground;
 use super::rules::without_rules;
 use super::shadow::shadow;
+use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, opened};
 use crate::raster::pieces::{Pieces, without_specks};
@@ -18,8 +21,10 @@ const NOISES: u8 = 6;
 const SOFTEST_EDGE: usize = 8;
 const STEEP: u8 = 8;
 
-/// Where so many lines run over the border of the sheet they are its own pattern: squares, rules, a grain.
+/// Where more lines run over the border of the sheet, and so many at least over each of two opposite sides, they are its own
+/// pattern: squares, rules, a grain.
 const PATTERN: usize = 8;
+const OPPOSITE: usize = 3;
 
 /// The contrast to which a pattern is taken for the ground's own.
 const STRONGEST_PATTERN: u8 = 128;
@@ -54,13 +59,26 @@ pub(super) enum Drawn {
 }
 
 /// What differs from the ground, and of that what is darker or lighter by much; and what is no part of a figure, though it
-/// is seen: a shadow, rules of the paper.
+/// is seen: a shadow, rules of the paper, a line to stand on.
 pub(super) struct Ink {
     pub all: Bitmap,
     pub dark: Bitmap,
     pub aside: Bitmap,
     /// Whether lines all over the sheet were taken for its own.
     pub patterned: bool,
+}
+
+impl Ink {
+    /// The ink without the line that all else stands on.
+    pub fn without_floor(self) -> Ink {
+        let Some(floor) = floor(&self.all) else { return self };
+        Ink { all: self.all.without(&floor), dark: self.dark.without(&floor), aside: self.aside.or(&floor), ..self }
+    }
+
+    /// The ink with the sides of the sheet where they end the figure.
+    pub fn closed_along(self, sheet: &Sheet) -> Ink {
+        Ink { all: border::closed(&self.all, sheet), ..self }
+    }
 }
 
 pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
@@ -71,7 +89,7 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
     // Lines that run over the border are squares or rules, which are no scene.
     let is_scene = opened(&ink, SEAM).and(&band).area() as f64 > SCENE * band.area() as f64;
-    while crossings(&ink, &border) > PATTERN && least < STRONGEST_PATTERN {
+    while is_patterned(&ink, &border) && least < STRONGEST_PATTERN {
         least += least / 3;
         ink = above(ground, sheet, least);
     }
@@ -178,9 +196,13 @@ fn exposed(ink: &Bitmap, y: usize) -> impl Iterator<Item = usize> {
     ink.runs(y).flatten().filter(move |&x| !is_set(x, y.checked_sub(1)) || !is_set(x, Some(y + 1)))
 }
 
-/// How many pieces of ink lie on the border.
-fn crossings(ink: &Bitmap, border: &Bitmap) -> usize {
-    Pieces::of(&dilated(&ink.and(border), 1.0), true).sizes.len()
+/// Whether lines run over the border nearly everywhere.
+fn is_patterned(ink: &Bitmap, border: &Bitmap) -> bool {
+    let Some(bounds) = PixelBox::of(border) else { return false };
+    let pieces = Pieces::of(&dilated(&ink.and(border), 1.0), true).boxes();
+    let many = pieces.len() > PATTERN;
+    let [left, right, top, bottom] = border::ends(pieces.into_iter(), bounds);
+    many && left.min(right).max(top.min(bottom)) >= OPPOSITE
 }
 
 /// The ink that is faint beside the rest and has the ground's colour, only darker or lighter.

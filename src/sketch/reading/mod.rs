@@ -1,12 +1,15 @@
 //! What a drawing shows: the figure that a viewer sees in it, whatever it was drawn with and whatever form it has.
 //!
 //! A [`canvas::Canvas`] is looked at as people do. A [`sheet`] has a [`ground`]; what differs from it is [`ink`]. Thin ink
-//! is a line and stands for what it encloses ([`enclosure`]), all else for itself. Parts that belong together make a figure
+//! is a line and stands for what it encloses ([`enclosure`]), all else for itself; but what a figure stands on ([`floor`]). Parts that belong together make a figure
 //! ([`figures`]), and the lines round it are its [`outline`]. Whatever was mended or left out is a [`notes::Note`].
 
+mod border;
 pub(crate) mod canvas;
+mod closing;
 mod enclosure;
 mod figures;
+mod floor;
 mod ground;
 mod ink;
 mod notes;
@@ -104,6 +107,7 @@ impl Reading {
             Drawn::Nothing => return Err(Refusal::plain(BLANK)),
             Drawn::Scene(_) => return Err(Refusal::plain(SCENE)),
         };
+        let ink = ink.without_floor().closed_along(&sheet);
         let inwards = BORDER_ROOM * canvas.width.max(canvas.height) as f64;
         let border = sheet.border(1.0).framed(FRAME);
         let within = sheet.border(inwards + 1.0).without(&sheet.border(inwards)).framed(FRAME);
@@ -138,8 +142,9 @@ impl Reading {
     pub fn drawing(&self, canvas: &Canvas, figure: usize, max_points: usize) -> Result<(Drawing, Vec<Line>), Refusal> {
         let area = &self.figures[figure].area;
         let depth = strokes::outline_depth(area, &self.dark);
-        let lines = strokes::within(area, &self.dark, depth);
-        let drawing = outline::drawing(canvas, &slits::slit(area, &self.dark, &lines, depth), max_points)
+        let marked = strokes::marked(area, &self.dark, depth);
+        let lines = strokes::within(area, &marked, depth);
+        let drawing = outline::drawing(canvas, &slits::slit(area, &marked, &lines, depth), max_points)
             .ok_or_else(|| Refusal::plain("the figure's contour is too long: the picture is too noisy"))?;
         Ok((drawing, strokes::placed(canvas, &lines)))
     }

@@ -26,8 +26,8 @@ const HALF_WIDTH: f64 = 1.0;
 const IN_THE_WAY: f64 = 0.02;
 
 /// The figure without those of the lines within it that run inwards from its outline along a limb. The line round the figure
-/// reaches `outline_depth` pixels into it; `dark` is what differs from the ground by much.
-pub(super) fn slit(figure: &Bitmap, dark: &Bitmap, lines: &[Vec<[usize; 2]>], outline_depth: f64) -> Bitmap {
+/// reaches `outline_depth` pixels into it; lines are drawn in what is `marked`.
+pub(super) fn slit(figure: &Bitmap, marked: &Bitmap, lines: &[Vec<[usize; 2]>], outline_depth: f64) -> Bitmap {
     let least = LEAST_LENGTH * PixelBox::of(figure).map_or(0, PixelBox::side) as f64;
     let long: Vec<&Vec<[usize; 2]>> = lines.iter().filter(|line| strokes::length(line) >= least).collect();
     if long.is_empty() {
@@ -41,7 +41,7 @@ pub(super) fn slit(figure: &Bitmap, dark: &Bitmap, lines: &[Vec<[usize; 2]>], ou
         let [mouth, end] = if depth(first) <= depth(last) { [first, last] } else { [last, first] };
         let width = line.iter().map(|&at| depth(at)).fold(0.0, f64::max);
         let way_out: Vec<[usize; 2]> = way_out(mouth, depth).collect();
-        let drawn = way_out.iter().filter(|&&[x, y]| dark.get(x, y)).count();
+        let drawn = way_out.iter().filter(|&&[x, y]| marked.get(x, y)).count();
         let is_joined = drawn as f64 >= JOINED * way_out.len() as f64;
         let opens = is_joined || depth(mouth) <= outline_depth + SOFT_EDGE + MOUTH;
         if !opens || depth(mouth) > OPEN * depth(end) || strokes::length(line) < SLENDER * width {

@@ -41,13 +41,17 @@ pub(super) fn outline_depth(area: &Bitmap, dark: &Bitmap) -> f64 {
     0.0
 }
 
-/// The inner lines of a figure, longest first, pixel by pixel. `dark` is what differs from the ground by much; the line round
-/// the figure reaches `depth` pixels into it.
-pub(super) fn within(area: &Bitmap, dark: &Bitmap, depth: f64) -> Vec<Vec<[usize; 2]>> {
+/// What lines within a figure are drawn in. `dark` is what differs from the ground by much; the line round the figure reaches
+/// `depth` pixels into it.
+pub(super) fn marked(area: &Bitmap, dark: &Bitmap, depth: f64) -> Bitmap {
     let inside = eroded(area, depth + SOFT_EDGE);
-    let marked = inside.and(dark);
     // On a figure that is dark itself the lines are what is left out.
-    let marked = if 2 * marked.area() > inside.area() { inside.without(dark) } else { marked };
+    if 2 * inside.and(dark).area() > inside.area() { area.without(dark) } else { area.and(dark) }
+}
+
+/// The inner lines of a figure, longest first, pixel by pixel; those round it reach `depth` pixels into it.
+pub(super) fn within(area: &Bitmap, marked: &Bitmap, depth: f64) -> Vec<Vec<[usize; 2]>> {
+    let marked = eroded(area, depth + SOFT_EDGE).and(marked);
     let half_widest = HALF_WIDEST * PixelBox::of(area).map_or(0, PixelBox::side) as f64;
     let patches = dilated(&opened(&marked, half_widest), SOFT_EDGE);
     let thin = without_specks(&marked.without(&patches), LEAST_PIXELS);

@@ -478,3 +478,69 @@ fn an_arm_that_lies_against_the_body_is_apart_from_it() {
     assert!((length(&belted) - length(&whole)).abs() < 10.0);
     assert_eq!(belted.sketch.strokes().len(), 1);
 }
+
+/// What is drawn, in a group that is made smaller and moved.
+fn moved(scale: f64, by: [f64; 2], content: &str) -> String {
+    format!(r#"<g transform="translate({} {}) scale({scale})">{content}</g>"#, by[0], by[1])
+}
+
+fn drawn_in_lines() -> String {
+    format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="4"/>"#)
+}
+
+#[test]
+fn what_a_figure_stands_on_is_no_part_of_it() {
+    let filled = format!(r#"<polygon points="{PERSON}"/>"#);
+    let straight = r#"<path d="M10 450H390" stroke="black" stroke-width="5"/>"#;
+    let wavy = r#"<path d="M10 456Q100 446 200 455T390 452" fill="none" stroke="black" stroke-width="5"/>"#;
+    for (figure, floor) in
+        [(&filled, straight), (&drawn_in_lines(), straight), (&filled, wavy), (&drawn_in_lines(), wavy)]
+    {
+        let read = svg(&moved(0.9, [20.0, 20.0], &format!("{figure}{floor}")));
+        let left_out = codes(read.as_ref().unwrap()).contains(&WarningCode::LeftOut);
+        let ratio = area(read) / (0.81 * whole());
+        assert!(left_out && (0.95..1.05).contains(&ratio), "{ratio} of {figure} on {floor}");
+    }
+}
+
+#[test]
+fn soles_are_no_floor() {
+    let animal = "60 150 340 150 340 400 290 400 290 270 110 270 110 400 60 400";
+    let filled = area(svg(&format!(r#"<polygon points="{animal}"/>"#)));
+    let lines = area(svg(&format!(r#"<polygon points="{animal}" fill="none" stroke="black" stroke-width="3"/>"#)));
+    assert!((lines / filled - 1.0).abs() < 0.03, "{lines} for {filled}");
+}
+
+#[test]
+fn a_figure_in_lines_ends_at_the_border() {
+    let lower = |figure: &str| svg(&moved(1.0, [0.0, 100.0], figure));
+    let read = lower(&drawn_in_lines());
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::CutByBorder));
+    let (lines, filled) = (area(read), area(lower(&format!(r#"<polygon points="{PERSON}"/>"#))));
+    assert!((lines / filled - 1.0).abs() < 0.04, "{lines} for {filled}");
+}
+
+#[test]
+fn a_hole_behind_a_thin_limb_is_one() {
+    // An arm that grows from 16 to 26 in width, with the hand on the hip.
+    let body = "M150 100H250V440H150ZM250 120L330 210L250 300V274L310 210L250 142Z";
+    let apart = area(svg(&format!(r#"<path d="{body}"/>"#)));
+    let drawn = 100.0 * 340.0 + 0.5 * (180.0 * 80.0 - 132.0 * 60.0);
+    assert!((apart / drawn - 1.0).abs() < 0.03, "{apart} for {drawn}");
+}
+
+#[test]
+fn the_inside_of_a_very_wide_line_is_no_hole() {
+    let marker = r#"<ellipse cx="200" cy="220" rx="120" ry="150" fill="none" stroke="black" stroke-width="36"/>
+                    <path d="M110 330h70v120h-70zM220 330h70v120h-70z"/>"#;
+    let inside = std::f64::consts::PI * 120.0 * 150.0;
+    assert!(area(svg(marker)) > inside);
+}
+
+#[test]
+fn what_is_drawn_beside_a_figure_in_lines_stays_apart() {
+    let tree = r#"<circle cx="470" cy="250" r="80" fill="none" stroke="black" stroke-width="4"/>"#;
+    let read = svg(&moved(0.7, [0.0, 20.0], &format!("{}{tree}", drawn_in_lines()))).unwrap();
+    assert_eq!(read.figures.len(), 2);
+    assert!((read.sketch.mesh().area() / (0.49 * whole()) - 1.0).abs() < 0.05);
+}

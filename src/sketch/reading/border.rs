@@ -1,0 +1,103 @@
+//! Lines that run over the border of a sheet: what they enclose goes on beyond it, and ends there.
+
+use std::ops::Range;
+
+use super::Sheet;
+use super::closing::closing;
+use crate::raster::PixelBox;
+use crate::raster::bitmap::Bitmap;
+
+/// A line that runs over the border is no wider there, in parts of the sheet's side.
+const WIDEST: f64 = 0.06;
+
+/// How near to the border a line ends, in pixels.
+const NEAR: usize = 2;
+
+/// Most lines over one side that are looked at.
+const MOST: usize = 24;
+
+/// One of the four sides of a box of pixels.
+#[derive(Clone, Copy)]
+struct Side {
+    bounds: PixelBox,
+    /// The axis along it.
+    along: usize,
+    /// Whether it is the side of large numbers.
+    far: bool,
+}
+
+impl Side {
+    fn all(bounds: PixelBox) -> [Side; 4] {
+        [(0, false), (0, true), (1, false), (1, true)].map(|(along, far)| Side { bounds, along, far })
+    }
+
+    fn length(self) -> Range<usize> {
+        self.bounds.low[self.along]..self.bounds.high[self.along]
+    }
+
+    /// The pixel at a place of the side, so many pixels within the border.
+    fn pixel(self, at: usize, depth: usize) -> [usize; 2] {
+        let across = 1 - self.along;
+        let mut pixel = [at; 2];
+        let [low, high] = [self.bounds.low[across], self.bounds.high[across]];
+        pixel[across] = if self.far { high.saturating_sub(depth + 1).max(low) } else { (low + depth).min(high - 1) };
+        pixel
+    }
+
+    /// The stretches where thin ink runs over it.
+    fn crossings(self, ink: &Bitmap) -> Vec<Range<usize>> {
+        let mut crossings: Vec<Range<usize>> = Vec::new();
+        let is_ink = |at: &usize| (0..=NEAR).map(|depth| self.pixel(*at, depth)).any(|[x, y]| ink.get(x, y));
+        for at in self.length().filter(is_ink) {
+            match crossings.last_mut() {
+                Some(last) if last.end == at => last.end = at + 1,
+                _ => crossings.push(at..at + 1),
+            }
+        }
+        let widest = WIDEST * self.bounds.side() as f64;
+        crossings.retain(|crossing| crossing.len() as f64 <= widest);
+        crossings.truncate(MOST);
+        crossings
+    }
+}
+
+/// The ink, closed along the sides of the sheet between lines that run over them, where the inside of the figure lies
+/// between. A sheet that is no upright rectangle has no such sides.
+pub(super) fn closed(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
+    match PixelBox::of(&sheet.area) {
+        Some(bounds) if bounds.width() * bounds.height() == sheet.area.area() => {
+            Side::all(bounds).into_iter().fold(ink.clone(), |ink, side| closed_along(ink, side))
+        }
+        _ => ink.clone(),
+    }
+}
+
+fn closed_along(ink: Bitmap, side: Side) -> Bitmap {
+    let crossings = side.crossings(&ink);
+    let between: Vec<Range<usize>> = crossings.windows(2).map(|pair| pair[0].end..pair[1].start).collect();
+    if between.is_empty() {
+        return ink;
+    }
+    let with = |stretches: &[Range<usize>]| {
+        let mut with = ink.clone();
+        for at in stretches.iter().cloned().flatten() {
+            (0..=NEAR).map(|depth| side.pixel(at, depth)).for_each(|[x, y]| with.set(x, y));
+        }
+        with
+    };
+    with(&closing(&with(&between), &between, |at, depth| side.pixel(at, NEAR + depth)))
+}
+
+/// How many lines run over each side of what lies in a box: left, right, top, bottom, by their middles.
+pub(super) fn ends(pieces: impl Iterator<Item = PixelBox>, bounds: PixelBox) -> [usize; 4] {
+    let mut ends = [0; 4];
+    for piece in pieces {
+        let [x, y] = piece.centre();
+        let [u, v] =
+            [(x - bounds.low[0] as f64) / bounds.width() as f64, (y - bounds.low[1] as f64) / bounds.height() as f64];
+        let off = [u, 1.0 - u, v, 1.0 - v];
+        let nearest = (0..4).min_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
+        ends[nearest] += 1;
+    }
+    ends
+}
