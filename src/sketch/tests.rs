@@ -39,3 +39,12 @@ fn lines_that_cross_however_often_are_read() {
         svg(&[zigzag(strokes)]).unwrap();
     }
 }
+
+#[test]
+fn a_picture_that_is_not_drawn_is_named_before_the_blank_round_it() {
+    let text = r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 60"><rect width="80" height="60" fill="#fff"/>
+        <image width="80" height="60" href="elsewhere.png"/></svg>"##;
+    let refusal = from_svg(text.as_bytes(), Choice { vertices: 100, figure: 0 }, &Config::default()).unwrap_err();
+    assert!(refusal.faults[0].detail.contains("send that picture itself"), "{refusal}");
+    assert!(refusal.faults[1].detail.contains("one colour"), "{refusal}");
+}

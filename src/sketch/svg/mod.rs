@@ -2,6 +2,7 @@
 
 mod bounds;
 mod encoding;
+mod ignored;
 mod nesting;
 mod painting;
 mod style;
@@ -13,11 +14,9 @@ use usvg::roxmltree::Document;
 
 use super::Config;
 use super::reading::canvas::Canvas;
-use super::refusal::{Refusal, Warning, WarningCode};
+use super::refusal::Refusal;
+use ignored::Ignored;
 use view::View;
-
-/// Elements that are not drawn, though a browser shows them.
-const IGNORED: [&str; 3] = ["text", "image", "foreignObject"];
 
 /// The document on a canvas, in user units of the `viewBox`, y down, and what is not drawn of it.
 ///
@@ -27,7 +26,7 @@ const IGNORED: [&str; 3] = ["text", "image", "foreignObject"];
 /// # Errors
 /// Not an SVG document; one too large, nested too deeply or painted over too often; one with nothing in it but what is not
 /// drawn.
-pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Vec<Warning>), Refusal> {
+pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored), Refusal> {
     if bytes.len() > config.max_document_bytes {
         let detail = format!("the SVG has {} bytes; at most {} are taken", bytes.len(), config.max_document_bytes);
         return Err(Refusal::plain(detail));
@@ -35,18 +34,12 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Vec<Warni
     let text = encoding::text(bytes)?;
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
-    let ignored = ignored(&document);
+    let ignored = Ignored::of(&document);
     if !tree.root().has_children() {
-        return Err(Refusal::plain(match &ignored[..] {
-            [] => "the SVG shows nothing: no shape in it is filled or stroked".to_owned(),
-            ["image"] => "the SVG shows an embedded image only: send that picture itself, as PNG or JPEG".to_owned(),
-            ignored => format!("the SVG shows nothing but what is not drawn here: {}", ignored.join(", ")),
-        }));
+        return Err(ignored.nothing_else());
     }
     let canvas = painting::canvas(&tree, &View::of(&document, tree.size()))?;
-    let detail = format!("not drawn: {}", ignored.join(", "));
-    let warnings = if ignored.is_empty() { None } else { Some(Warning::new(WarningCode::IgnoredElements, detail)) };
-    Ok((canvas, warnings.into_iter().collect()))
+    Ok((canvas, ignored))
 }
 
 /// The document as it is drawn.
@@ -67,10 +60,4 @@ fn options() -> usvg::Options<'static> {
         },
         ..usvg::Options::default()
     }
-}
-
-/// The kinds of element in the document that are not drawn.
-fn ignored(document: &Document) -> Vec<&'static str> {
-    let is_present = |name: &&str| document.descendants().any(|node| node.has_tag_name((nesting::SVG, *name)));
-    IGNORED.into_iter().filter(is_present).collect()
 }
