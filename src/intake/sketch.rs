@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 
 use super::json::{self, is_json, without_mark};
 use super::{Cause, Fault, Untaken, svg_reader, warnings};
+use crate::sketch::foreign;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
     Canvas, Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Warning, canvas_of_picture,
@@ -60,23 +61,30 @@ impl Drawing {
     }
 }
 
-/// The kind of drawing by its content type, else by its first bytes.
+/// The kind of drawing by its content type; a picture or an SVG that goes by another name, or none, by its first bytes.
 ///
 /// # Errors
 /// Unsupported for what is no drawing.
 pub fn kind(bytes: &[u8], media_type: Option<&str>) -> Result<Drawing, Untaken> {
-    match media_type {
-        Some(media_type) if is_json(media_type) => Ok(Drawing::Outline),
-        Some("image/svg+xml") => Ok(Drawing::Svg),
-        Some("image/png") => Ok(Drawing::Png),
-        Some("image/jpeg" | "image/jpg") => Ok(Drawing::Jpeg),
-        _ => sniffed(bytes).ok_or_else(|| {
-            Untaken::of(
-                Cause::Unsupported,
-                "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them",
-            )
-        }),
+    let told = match media_type {
+        Some(media_type) if is_json(media_type) => return Ok(Drawing::Outline),
+        Some("image/svg+xml") => Some(Drawing::Svg),
+        Some("image/png") => Some(Drawing::Png),
+        Some("image/jpeg" | "image/jpg") => Some(Drawing::Jpeg),
+        _ => None,
+    };
+    match (told, sniffed(bytes)) {
+        (Some(told), None | Some(Drawing::Outline)) => Ok(told),
+        (_, Some(seen)) => Ok(seen),
+        (None, None) => Err(unsupported(bytes)),
     }
+}
+
+/// Why bytes are no drawing.
+fn unsupported(bytes: &[u8]) -> Untaken {
+    let detail = "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them";
+    let named = foreign::name(bytes).map(|foreign| foreign.to_string());
+    Untaken::of(Cause::Unsupported, named.unwrap_or_else(|| detail.to_owned()))
 }
 
 /// The kind of drawing by its first bytes.

@@ -7,6 +7,7 @@
 mod arrangement;
 mod exchange;
 mod eyes;
+pub mod foreign;
 pub mod outline;
 mod picture;
 mod reading;

@@ -13,6 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use usvg::roxmltree::Document;
 
 use super::Config;
+use super::foreign;
 use super::reading::canvas::Canvas;
 use super::refusal::Refusal;
 use ignored::Ignored;
@@ -30,6 +31,9 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
     if bytes.len() > config.max_document_bytes {
         let detail = format!("the SVG has {} bytes; at most {} are taken", bytes.len(), config.max_document_bytes);
         return Err(Refusal::plain(detail));
+    }
+    if let Some(foreign) = foreign::name(bytes).filter(|&foreign| foreign != foreign::SVG) {
+        return Err(Refusal::plain(foreign.to_string()));
     }
     let text = encoding::text(bytes)?;
     let document = bounds::parsed(&text)?;
