@@ -1,11 +1,14 @@
 //! SVG documents as they are shown.
 
 mod bounds;
+mod calls;
+mod colours;
 mod encoding;
 mod ignored;
 mod nesting;
 mod painting;
 mod style;
+mod variables;
 mod view;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -36,6 +39,8 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
         return Err(Refusal::plain(foreign.to_string()));
     }
     let text = encoding::text(bytes)?;
+    let text = variables::resolved(&text)?;
+    let text = colours::plain(&text);
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
     let ignored = Ignored::of(&document);
