@@ -40,6 +40,10 @@ impl SketchMeasures {
 /// Bytes of memory per byte of a drawing that is text: an SVG of many short elements takes most.
 const MEMORY_OF_TEXT: usize = 32;
 
+/// How an SVG compressed with gzip begins, and the most bytes that one of it can stand for.
+const COMPRESSED: &[u8] = b"\x1f\x8b";
+const MOST_PACKED: usize = 1032;
+
 /// The kinds of drawing that are understood.
 #[derive(Clone, Copy)]
 pub enum Drawing {
@@ -92,6 +96,7 @@ fn sniffed(bytes: &[u8]) -> Option<Drawing> {
     match without_mark(bytes).trim_ascii_start() {
         [b'{', ..] => Some(Drawing::Outline),
         [b'<', ..] => Some(Drawing::Svg),
+        start if start.starts_with(COMPRESSED) => Some(Drawing::Svg),
         [0x89, b'P', b'N', b'G', ..] => Some(Drawing::Png),
         [0xff, 0xd8, 0xff, ..] => Some(Drawing::Jpeg),
         _ => None,
@@ -109,8 +114,14 @@ pub fn memory(bytes: &[u8], kind: Drawing, config: &Config) -> Result<usize, Unt
             let limit = config.max_document_bytes;
             Err(Untaken::of(Cause::TooLarge, format!("the body is larger than the {limit} bytes allowed here")))
         }
-        Drawing::Outline | Drawing::Svg => Ok(bytes.len().saturating_mul(MEMORY_OF_TEXT)),
+        Drawing::Outline | Drawing::Svg => Ok(unpacked(bytes, config).saturating_mul(MEMORY_OF_TEXT)),
     }
+}
+
+/// Bytes of a drawing that is text, at most: of one that is compressed, as many as it may become.
+fn unpacked(bytes: &[u8], config: &Config) -> usize {
+    let times = if bytes.starts_with(COMPRESSED) { MOST_PACKED } else { 1 };
+    bytes.len().saturating_mul(times).min(config.max_document_bytes)
 }
 
 /// The sketch in a drawing of this kind, with so many vertices and of the figure of this number; an SVG is read by a

@@ -7,6 +7,7 @@ mod encoding;
 mod ignored;
 mod nesting;
 mod painting;
+mod snippet;
 mod style;
 mod variables;
 mod view;
@@ -31,14 +32,12 @@ use view::View;
 /// Not an SVG document; one too large, nested too deeply or painted over too often; one with nothing in it but what is not
 /// drawn.
 pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored), Refusal> {
-    if bytes.len() > config.max_document_bytes {
-        let detail = format!("the SVG has {} bytes; at most {} are taken", bytes.len(), config.max_document_bytes);
-        return Err(Refusal::plain(detail));
-    }
-    if let Some(foreign) = foreign::name(bytes).filter(|&foreign| foreign != foreign::SVG) {
+    let bytes = encoding::unpacked(bytes, config.max_document_bytes)?;
+    if let Some(foreign) = foreign::name(&bytes).filter(|&foreign| foreign != foreign::SVG) {
         return Err(Refusal::plain(foreign.to_string()));
     }
-    let text = encoding::text(bytes)?;
+    let text = encoding::text(&bytes)?;
+    let text = snippet::mended(&text);
     let text = variables::resolved(&text)?;
     let text = colours::plain(&text);
     let document = bounds::parsed(&text)?;
