@@ -4,6 +4,7 @@ mod bounds;
 mod calls;
 mod colours;
 mod encoding;
+mod hairlines;
 mod ignored;
 mod nesting;
 mod painting;
