@@ -15,9 +15,9 @@ const COMPRESSED: &[u8] = b"\x1f\x8b";
 /// # Errors
 /// A document of more than `most` bytes, and one whose compressed bytes are broken.
 pub(super) fn unpacked(bytes: &[u8], most: usize) -> Result<Cow<'_, [u8]>, Refusal> {
-    let too_large = |found: String| Refusal::plain(format!("the SVG has {found} bytes; at most {most} are taken"));
-    if bytes.len() > most {
-        return Err(too_large(bytes.len().to_string()));
+    let found = bytes.len();
+    if found > most {
+        return Err(Refusal::plain(format!("the SVG has {found} bytes; at most {most} are taken")));
     }
     if !bytes.starts_with(COMPRESSED) {
         return Ok(Cow::Borrowed(bytes));
@@ -28,7 +28,12 @@ pub(super) fn unpacked(bytes: &[u8], most: usize) -> Result<Cow<'_, [u8]>, Refus
         .take(within)
         .read_to_end(&mut unpacked)
         .map_err(|_| Refusal::plain("the compressed SVG is broken or cut off"))?;
-    if unpacked.len() > most { Err(too_large("more, unpacked,".to_owned())) } else { Ok(Cow::Owned(unpacked)) }
+    if unpacked.len() > most {
+        return Err(Refusal::plain(format!(
+            "the SVG is too large when it is unpacked: at most {most} bytes are taken"
+        )));
+    }
+    Ok(Cow::Owned(unpacked))
 }
 
 /// The text of a document: UTF-8, UTF-16, or any encoding in which the letters of ASCII are bytes. What is written with

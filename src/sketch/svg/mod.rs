@@ -27,7 +27,8 @@ use view::View;
 /// The document on a canvas, in user units of the `viewBox`, y down, and what is not drawn of it.
 ///
 /// Fills, strokes, gradients, patterns, opacity, clipping, masks and filters are drawn as a browser does. Text and images
-/// are not, and nothing outside of the document is ever read.
+/// are not, and nothing outside of the document is ever read. It may be compressed with gzip, and lack what browsers do
+/// without.
 ///
 /// # Errors
 /// Not an SVG document; one too large, nested too deeply or painted over too often; one with nothing in it but what is not
