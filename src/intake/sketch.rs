@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 
 use super::json::{self, is_json, without_mark};
 use super::{Cause, Fault, Untaken, svg_reader, warnings};
+use crate::sketch::foreign;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
     Canvas, Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Warning, canvas_of_picture,
@@ -39,6 +40,10 @@ impl SketchMeasures {
 /// Bytes of memory per byte of a drawing that is text: an SVG of many short elements takes most.
 const MEMORY_OF_TEXT: usize = 32;
 
+/// How an SVG compressed with gzip begins, and the most bytes that one of it can stand for.
+const COMPRESSED: &[u8] = b"\x1f\x8b";
+const MOST_PACKED: usize = 1032;
+
 /// The kinds of drawing that are understood.
 #[derive(Clone, Copy)]
 pub enum Drawing {
@@ -60,23 +65,30 @@ impl Drawing {
     }
 }
 
-/// The kind of drawing by its content type, else by its first bytes.
+/// The kind of drawing by its content type; a picture or an SVG that goes by another name, or none, by its first bytes.
 ///
 /// # Errors
 /// Unsupported for what is no drawing.
 pub fn kind(bytes: &[u8], media_type: Option<&str>) -> Result<Drawing, Untaken> {
-    match media_type {
-        Some(media_type) if is_json(media_type) => Ok(Drawing::Outline),
-        Some("image/svg+xml") => Ok(Drawing::Svg),
-        Some("image/png") => Ok(Drawing::Png),
-        Some("image/jpeg" | "image/jpg") => Ok(Drawing::Jpeg),
-        _ => sniffed(bytes).ok_or_else(|| {
-            Untaken::of(
-                Cause::Unsupported,
-                "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them",
-            )
-        }),
+    let told = match media_type {
+        Some(media_type) if is_json(media_type) => return Ok(Drawing::Outline),
+        Some("image/svg+xml") => Some(Drawing::Svg),
+        Some("image/png") => Some(Drawing::Png),
+        Some("image/jpeg" | "image/jpg") => Some(Drawing::Jpeg),
+        _ => None,
+    };
+    match (told, sniffed(bytes)) {
+        (Some(told), None | Some(Drawing::Outline)) => Ok(told),
+        (_, Some(seen)) => Ok(seen),
+        (None, None) => Err(unsupported(bytes)),
     }
+}
+
+/// Why bytes are no drawing.
+fn unsupported(bytes: &[u8]) -> Untaken {
+    let detail = "a sketch is application/json, image/svg+xml, image/png or image/jpeg; these bytes are none of them";
+    let named = foreign::name(bytes).map(|foreign| foreign.to_string());
+    Untaken::of(Cause::Unsupported, named.unwrap_or_else(|| detail.to_owned()))
 }
 
 /// The kind of drawing by its first bytes.
@@ -84,6 +96,7 @@ fn sniffed(bytes: &[u8]) -> Option<Drawing> {
     match without_mark(bytes).trim_ascii_start() {
         [b'{', ..] => Some(Drawing::Outline),
         [b'<', ..] => Some(Drawing::Svg),
+        start if start.starts_with(COMPRESSED) => Some(Drawing::Svg),
         [0x89, b'P', b'N', b'G', ..] => Some(Drawing::Png),
         [0xff, 0xd8, 0xff, ..] => Some(Drawing::Jpeg),
         _ => None,
@@ -101,8 +114,14 @@ pub fn memory(bytes: &[u8], kind: Drawing, config: &Config) -> Result<usize, Unt
             let limit = config.max_document_bytes;
             Err(Untaken::of(Cause::TooLarge, format!("the body is larger than the {limit} bytes allowed here")))
         }
-        Drawing::Outline | Drawing::Svg => Ok(bytes.len().saturating_mul(MEMORY_OF_TEXT)),
+        Drawing::Outline | Drawing::Svg => Ok(unpacked(bytes, config).saturating_mul(MEMORY_OF_TEXT)),
     }
+}
+
+/// Bytes of a drawing that is text, at most: of one that is compressed, as many as it may become.
+fn unpacked(bytes: &[u8], config: &Config) -> usize {
+    let times = if bytes.starts_with(COMPRESSED) { MOST_PACKED } else { 1 };
+    bytes.len().saturating_mul(times).min(config.max_document_bytes)
 }
 
 /// The sketch in a drawing of this kind, with so many vertices and of the figure of this number; an SVG is read by a

@@ -7,6 +7,7 @@
 mod arrangement;
 mod exchange;
 mod eyes;
+pub mod foreign;
 pub mod outline;
 mod picture;
 mod reading;
@@ -229,8 +230,9 @@ pub fn from_outline(drawing: &Drawing, target_vertices: usize, config: &Config) 
 /// none of this number.
 pub fn from_svg(bytes: &[u8], wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
     check_target(wanted.vertices)?;
-    let (canvas, warnings) = svg::canvas(bytes, config)?;
-    seen(canvas, warnings, wanted, config)
+    let (canvas, ignored) = svg::canvas(bytes, config)?;
+    let warnings = ignored.warning().into_iter().collect();
+    seen(canvas, warnings, wanted, config).map_err(|refusal| ignored.told_with(refusal))
 }
 
 /// The sketch of a figure that a PNG or JPEG picture shows, in pixels: the centre of the first is (0.5, 0.5).

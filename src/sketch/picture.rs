@@ -3,9 +3,12 @@
 use std::io::Cursor;
 
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageReader, Limits, Pixel, RgbaImage, imageops};
+use image::{
+    DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Pixel, RgbaImage, imageops,
+};
 
 use super::Config;
+use super::foreign;
 use super::reading::canvas::{Canvas, LONGEST_SIDE};
 use super::refusal::Refusal;
 
@@ -61,8 +64,9 @@ fn decoder<'a>(bytes: &'a [u8], config: &Config) -> Result<impl ImageDecoder + u
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| unreadable(&error.into(), config))?;
-    if reader.format().is_none() {
-        return Err(Refusal::plain("this is not a PNG or JPEG picture"));
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
+        let named = foreign::name(bytes).map(|foreign| foreign.to_string());
+        return Err(Refusal::plain(named.unwrap_or_else(|| "this is not a PNG or JPEG picture".to_owned())));
     }
     let mut limits = Limits::default();
     limits.max_image_width = Some(config.max_picture_side);

@@ -39,3 +39,27 @@ fn lines_that_cross_however_often_are_read() {
         svg(&[zigzag(strokes)]).unwrap();
     }
 }
+
+#[test]
+fn a_picture_that_is_not_drawn_is_named_before_the_blank_round_it() {
+    let text = r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 60"><rect width="80" height="60" fill="#fff"/>
+        <image width="80" height="60" href="elsewhere.png"/></svg>"##;
+    let refusal = from_svg(text.as_bytes(), Choice { vertices: 100, figure: 0 }, &Config::default()).unwrap_err();
+    assert!(refusal.faults[0].detail.contains("send that picture itself"), "{refusal}");
+    assert!(refusal.faults[1].detail.contains("one colour"), "{refusal}");
+}
+
+#[test]
+fn a_hairline_is_seen_and_one_that_is_covered_is_not() {
+    let read = |body: &str| {
+        let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30000 20000">{body}</svg>"#);
+        from_svg(text.as_bytes(), Choice { vertices: 200, figure: 0 }, &Config::default())
+    };
+    let line = r##"<path d="M9000 5000H21000V15000H9000Z" fill="none" stroke="#f00" stroke-width="1"/>"##;
+    let page = r##"<path d="M0 0H30000V20000H0Z" fill="#fff"/>"##;
+    for body in [line.to_owned(), format!("{page}{line}")] {
+        let area = read(&body).unwrap().sketch.mesh().area();
+        assert!((area / 1.2e8 - 1.0).abs() < 0.03, "{area}");
+    }
+    assert!(read(&format!("{line}{page}")).unwrap_err().to_string().contains("one colour"));
+}

@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use usvg::roxmltree::{Document, ParsingOptions};
+use usvg::roxmltree::{Document, Error, ParsingOptions};
 
 use super::{nesting, style, view};
 use crate::sketch::refusal::Refusal;
@@ -41,12 +41,25 @@ pub(super) fn parsed(text: &str) -> Result<Document<'_>, Refusal> {
     check_markup(text)?;
     check_entities(text)?;
     let parsing = ParsingOptions { allow_dtd: true, nodes_limit: nesting::MAX_ELEMENTS as u32, ..Default::default() };
-    let document = Document::parse_with_options(text, parsing)
-        .map_err(|error| Refusal::plain(format!("the SVG cannot be read: {error}")))?;
+    let document = Document::parse_with_options(text, parsing).map_err(unreadable)?;
+    let root = document.root_element().tag_name().name();
+    if root != "svg" {
+        return Err(Refusal::plain(format!("this is no SVG: it begins with <{root}>; send its <svg> element alone")));
+    }
     view::check(&document)?;
     let extent = nesting::checked(&document)?;
     style::check(&document, &extent)?;
     Ok(document)
+}
+
+/// Why text is no XML.
+fn unreadable(error: Error) -> Refusal {
+    Refusal::plain(match error {
+        Error::UnclosedRootNode | Error::UnexpectedEndOfStream => {
+            "the file is cut off: the SVG ends before its elements are closed".to_owned()
+        }
+        error => format!("the SVG cannot be read: {error}"),
+    })
 }
 
 /// Refuses tags of too many attributes, too many of both, and too many prefixes.
@@ -103,7 +116,7 @@ fn check_entities(text: &str) -> Result<(), Refusal> {
 }
 
 /// The names and values of all that reads like a declaration of an entity, wherever it stands.
-fn entities(text: &str) -> Vec<(&str, &str)> {
+pub(super) fn entities(text: &str) -> Vec<(&str, &str)> {
     let declarations = text.match_indices(DECLARATION).map(|(at, found)| &text[at + found.len()..]);
     declarations
         .filter_map(|declaration| {

@@ -1,10 +1,16 @@
 //! SVG documents as they are shown.
 
 mod bounds;
+mod calls;
+mod colours;
 mod encoding;
+mod hairlines;
+mod ignored;
 mod nesting;
 mod painting;
+mod snippet;
 mod style;
+mod variables;
 mod view;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -12,41 +18,38 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use usvg::roxmltree::Document;
 
 use super::Config;
+use super::foreign;
 use super::reading::canvas::Canvas;
-use super::refusal::{Refusal, Warning, WarningCode};
+use super::refusal::Refusal;
+use ignored::Ignored;
 use view::View;
-
-/// Elements that are not drawn, though a browser shows them.
-const IGNORED: [&str; 3] = ["text", "image", "foreignObject"];
 
 /// The document on a canvas, in user units of the `viewBox`, y down, and what is not drawn of it.
 ///
 /// Fills, strokes, gradients, patterns, opacity, clipping, masks and filters are drawn as a browser does. Text and images
-/// are not, and nothing outside of the document is ever read.
+/// are not, and nothing outside of the document is ever read. It may be compressed with gzip, and lack what browsers do
+/// without.
 ///
 /// # Errors
 /// Not an SVG document; one too large, nested too deeply or painted over too often; one with nothing in it but what is not
 /// drawn.
-pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Vec<Warning>), Refusal> {
-    if bytes.len() > config.max_document_bytes {
-        let detail = format!("the SVG has {} bytes; at most {} are taken", bytes.len(), config.max_document_bytes);
-        return Err(Refusal::plain(detail));
+pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored), Refusal> {
+    let bytes = encoding::unpacked(bytes, config.max_document_bytes)?;
+    if let Some(foreign) = foreign::name(&bytes).filter(|&foreign| foreign != foreign::SVG) {
+        return Err(Refusal::plain(foreign.to_string()));
     }
-    let text = encoding::text(bytes)?;
+    let text = encoding::text(&bytes)?;
+    let text = snippet::mended(&text);
+    let text = variables::resolved(&text)?;
+    let text = colours::plain(&text);
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
-    let ignored = ignored(&document);
+    let ignored = Ignored::of(&document);
     if !tree.root().has_children() {
-        return Err(Refusal::plain(match &ignored[..] {
-            [] => "the SVG shows nothing: no shape in it is filled or stroked".to_owned(),
-            ["image"] => "the SVG shows an embedded image only: send that picture itself, as PNG or JPEG".to_owned(),
-            ignored => format!("the SVG shows nothing but what is not drawn here: {}", ignored.join(", ")),
-        }));
+        return Err(ignored.nothing_else());
     }
     let canvas = painting::canvas(&tree, &View::of(&document, tree.size()))?;
-    let detail = format!("not drawn: {}", ignored.join(", "));
-    let warnings = if ignored.is_empty() { None } else { Some(Warning::new(WarningCode::IgnoredElements, detail)) };
-    Ok((canvas, warnings.into_iter().collect()))
+    Ok((canvas, ignored))
 }
 
 /// The document as it is drawn.
@@ -67,10 +70,4 @@ fn options() -> usvg::Options<'static> {
         },
         ..usvg::Options::default()
     }
-}
-
-/// The kinds of element in the document that are not drawn.
-fn ignored(document: &Document) -> Vec<&'static str> {
-    let is_present = |name: &&str| document.descendants().any(|node| node.has_tag_name((nesting::SVG, *name)));
-    IGNORED.into_iter().filter(is_present).collect()
 }

@@ -6,6 +6,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use usvg::tiny_skia_path::{Point, Rect};
 use usvg::{Group, Node, Paint, Tree};
 
+use super::hairlines;
 use super::view::View;
 use crate::sketch::reading::canvas::{Canvas, LONGEST_SIDE};
 use crate::sketch::refusal::Refusal;
@@ -114,8 +115,11 @@ impl Window {
         let mut pixmap = Pixmap::new(width, height).ok_or_else(undrawable)?;
         let placed = Transform::from_row(across, 0.0, 0.0, down, -self.low[0] * across, -self.low[1] * down);
         // Numbers near the ends of their range make the painter panic.
-        catch_unwind(AssertUnwindSafe(|| resvg::render(tree, placed, &mut pixmap.as_mut())))
-            .map_err(|_| undrawable())?;
+        catch_unwind(AssertUnwindSafe(|| {
+            resvg::render(tree, placed, &mut pixmap.as_mut());
+            hairlines::paint(tree, placed, &mut pixmap);
+        }))
+        .map_err(|_| undrawable())?;
         Ok(pixmap)
     }
 }
