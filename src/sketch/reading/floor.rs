@@ -100,18 +100,18 @@ fn stood_on(ink: &Bitmap, bounds: PixelBox, seen: &[&Column]) -> Option<Bitmap> 
         return None;
     }
     // A sole ends at the lines of its leg.
-    let ends = |x: usize, Column { rows, .. }: &Column| {
-        !(x.saturating_sub(TOUCH)..=x + TOUCH)
-            .any(|x| is_within(&rest, &Column { x, rows: rows.start..rows.end }, TOUCH))
+    let is_free = |end: &Column| {
+        let about = end.x.saturating_sub(TOUCH)..=end.x + TOUCH;
+        !about.into_iter().any(|x| is_within(&rest, x, &end.rows, TOUCH))
     };
-    let near = |column: &&Column| is_within(&rest, column, (NEAR * size) as usize + TOUCH);
+    let near = |column: &&Column| is_within(&rest, column.x, &column.rows, (NEAR * size) as usize + TOUCH);
     let own = PixelBox::of(&rest)?;
     let from = columns.iter().find(near).map_or(own.low[0], |column| column.x);
     let to = columns.iter().rev().find(near).map_or(own.high[0], |column| column.x + 1);
     let beyond = [from.saturating_sub(first), (last + 1).saturating_sub(to)].map(|beyond| beyond as f64 / size);
     let reaches = beyond.iter().all(|&beyond| beyond >= BEYOND) && beyond.iter().any(|&beyond| beyond >= BEYOND_ONE);
-    let is_free = ends(first, columns.first()?) && ends(last, columns.last()?);
-    (reaches && is_free).then(|| whole.without(&soles(ink, &rest, &columns)))
+    let ends = is_free(columns.first()?) && is_free(columns.last()?);
+    (reaches && ends).then(|| whole.without(&soles(ink, &rest, &columns)))
 }
 
 /// The columns that were seen and those under feet, which are as low as on both sides of these.
@@ -136,16 +136,16 @@ fn drawn(ink: &Bitmap, columns: &[Column]) -> Bitmap {
     drawn
 }
 
-/// Whether there is anything within so many pixels above the line.
-fn is_within(rest: &Bitmap, Column { x, rows }: &Column, reach: usize) -> bool {
-    (rows.start.saturating_sub(reach)..rows.start).any(|y| rest.get(*x, y))
+/// Whether there is anything in a column within so many pixels above the line's rows.
+fn is_within(rest: &Bitmap, x: usize, rows: &Range<usize>, reach: usize) -> bool {
+    x < rest.width() && (rows.start.saturating_sub(reach)..rows.start).any(|y| rest.get(x, y))
 }
 
 /// What of the line closes legs that are drawn by their outlines.
 fn soles(ink: &Bitmap, rest: &Bitmap, columns: &[Column]) -> Bitmap {
     let thick = columns.iter().map(|column| column.rows.len()).max().unwrap_or(0);
     let mut lines: Vec<Range<usize>> = Vec::new();
-    for (k, _) in columns.iter().enumerate().filter(|(_, column)| is_within(rest, column, TOUCH)) {
+    for (k, _) in columns.iter().enumerate().filter(|(_, column)| is_within(rest, column.x, &column.rows, TOUCH)) {
         match lines.last_mut() {
             Some(line) if line.end == k => line.end = k + 1,
             _ => lines.push(k..k + 1),
