@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::Sheet;
+use super::leaks::leaks;
 use crate::mesh::disjoint_sets::DisjointSets;
 use crate::raster::bitmap::Bitmap;
-use crate::raster::neighbourhood::opened;
+use crate::raster::neighbourhood::{dilated, opened};
 use crate::raster::pieces::{Pieces, Run};
 
 /// Colours of neighbours differ by no more within a ground, in 255ths; shades and soft shadows change more slowly.
@@ -28,13 +29,22 @@ const LEAST_PLACES: usize = 8;
 const EQUAL: f64 = 0.8;
 const CREST: f64 = 1.5;
 
+/// The share of a ground of one colour that may be lighter, and that may be darker: what is written in the bar of a window.
+const OTHERS: f64 = 0.02;
+
 /// How far from a corner of the sheet its ground is looked for, in parts of the sheet's side.
 const CORNER: f64 = 0.02;
+
+/// What lies in one corner of a sheet while its other three have one ground is a part of a figure that runs over the corner,
+/// where it takes less than this share of what that ground does.
+const LONE: f64 = 0.35;
 
 /// The ground of a sheet.
 pub(super) struct Ground {
     /// What is joined with a corner of the sheet without an edge between.
     pub seen: Bitmap,
+    /// The pieces of it, each of one ground.
+    pub pieces: Vec<Bitmap>,
     /// How much each pixel differs from the ground, row by row, in 255ths; 0 off the sheet.
     pub contrast: Vec<u8>,
     /// How much lighter or darker each is, in 255ths.
@@ -58,9 +68,12 @@ impl Ground {
         let steady = steady(colours, sheet, STEADY.max(noise.saturating_mul(2)));
         let pieces = joined_with_corners(&steady, sheet);
         let pieces = if lined { beyond_lines(colours, &steady, &pieces) } else { pieces };
+        let leaks = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(&leaks(colours, piece, sheet)));
+        let pieces: Vec<Bitmap> = pieces.iter().map(|piece| piece.without(&leaks)).collect();
         let mut seen = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(piece));
         let plain: Vec<[u8; 3]> = pieces.iter().filter_map(|piece| one_colour(colours, piece)).collect();
-        let blocks = Blocks::of(colours, &seen);
+        // Beside a leak the ground has the colour of what it leaked through.
+        let blocks = Blocks::of(colours, &seen.without(&dilated(&leaks, BLOCK as f64)));
         let (mut contrast, mut shade) = (vec![0; colours.len()], vec![0; colours.len()]);
         for y in 0..height {
             for run in sheet.area.runs(y) {
@@ -77,9 +90,10 @@ impl Ground {
             }
         }
         if plain.len() > 1 {
-            seen = seen.or(&edges(colours, &seen));
+            let alike = alike(&steady, &contrast);
+            seen = seen.or(&edges(colours, &seen.or(&alike)));
         }
-        Ground { seen, contrast, shade, noise }
+        Ground { seen, pieces, contrast, shade, noise }
     }
 }
 
@@ -88,22 +102,47 @@ fn lightness([r, g, b]: [u8; 3]) -> u8 {
     ((77 * u32::from(r) + 150 * u32::from(g) + 29 * u32::from(b)) >> 8) as u8
 }
 
-/// The mean colour of a piece of ground where it has one colour throughout.
+/// The mean colour of a piece of ground where it has one colour nearly throughout; a word in a window has others.
 fn one_colour(colours: &[[u8; 3]], piece: &Bitmap) -> Option<[u8; 3]> {
     let width = piece.width();
-    let (mut sums, mut low, mut high, mut n) = ([0u64; 3], [255; 3], [0; 3], 0);
+    let (mut sums, mut counts, mut n) = ([0u64; 3], [[0u64; 256]; 3], 0);
     for y in 0..piece.height() {
         for x in piece.runs(y).flatten() {
             let colour = colours[y * width + x];
             n += 1;
             for i in 0..3 {
                 sums[i] += u64::from(colour[i]);
-                low[i] = colour[i].min(low[i]);
-                high[i] = colour[i].max(high[i]);
+                counts[i][usize::from(colour[i])] += 1;
             }
         }
     }
-    (n > 0 && apart(low, high) <= 4 * STEADY).then(|| sums.map(|sum| (sum / n) as u8))
+    let few = (OTHERS * n as f64) as u64;
+    let is_one = counts.iter().all(|counts| spread(counts, few) <= 2 * usize::from(STEADY));
+    (n > 0 && is_one).then(|| sums.map(|sum| (sum / n) as u8))
+}
+
+/// How far the values that were counted lie apart, the lowest `few` and the highest `few` left out.
+fn spread(counts: &[u64; 256], few: u64) -> usize {
+    let within = |passed: &mut u64, count: u64| {
+        *passed += count;
+        *passed > few
+    };
+    let (mut below, mut above) = (0, 0);
+    let low = counts.iter().position(|&count| within(&mut below, count));
+    let high = counts.iter().rposition(|&count| within(&mut above, count));
+    high.unwrap_or(0).saturating_sub(low.unwrap_or(0))
+}
+
+/// What is steady and differs from the grounds by no more than they do from pixel to pixel, such as sky between legs.
+fn alike(steady: &Bitmap, contrast: &[u8]) -> Bitmap {
+    let width = steady.width();
+    let mut alike = Bitmap::new(width, steady.height());
+    for y in 0..steady.height() {
+        for x in steady.runs(y).flatten().filter(|x| contrast[y * width + x] <= STEADY) {
+            alike.set(x, y);
+        }
+    }
+    alike
 }
 
 /// The pixels between two grounds of different colours that are a mixture of both.
@@ -136,7 +175,7 @@ fn edges(colours: &[[u8; 3]], seen: &Bitmap) -> Bitmap {
 }
 
 /// The largest difference of two colours in a channel.
-fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
+pub(super) fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
     a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
 }
 
@@ -202,7 +241,7 @@ fn steady(colours: &[[u8; 3]], sheet: &Sheet, most: u8) -> Bitmap {
 fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
     let pieces = Pieces::of(steady, false);
     let reach = CORNER * steady.width().max(steady.height()) as f64;
-    let mut chosen = Vec::new();
+    let mut corners = Vec::new();
     for [right, down] in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
         let depth = |x: usize, y: usize| right * x as f64 + down * y as f64;
         let deepest = |from: usize, to: usize, y: usize| depth(from, y).max(depth(to - 1, y));
@@ -215,7 +254,17 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
         }
         // The one that takes most of the place about the corner: of squared paper a square, not its lines.
         let largest = (0..sizes.len()).filter(|&piece| sizes[piece] > 0).max_by_key(|&piece| sizes[piece]);
-        if let Some(piece) = largest.filter(|piece| !chosen.contains(piece)) {
+        corners.extend(largest);
+    }
+    let is_lone = |piece: usize| {
+        corners.iter().any(|&most| {
+            corners.iter().filter(|&&other| other == most).count() == 3
+                && (pieces.sizes[piece] as f64) < LONE * pieces.sizes[most] as f64
+        })
+    };
+    let mut chosen: Vec<usize> = Vec::new();
+    for &piece in &corners {
+        if !chosen.contains(&piece) && !is_lone(piece) {
             chosen.push(piece);
         }
     }

@@ -12,6 +12,7 @@ mod figures;
 mod floor;
 mod ground;
 mod ink;
+mod leaks;
 mod notes;
 mod outline;
 mod rules;
@@ -90,17 +91,17 @@ impl Reading {
         let colours = canvas.on_page();
         let mut sheet = Sheet::whole(canvas.width, canvas.height);
         let mut sheets = Vec::new();
-        let mut drawn = drawn_on(&colours, &sheet);
+        let (mut drawn, mut grounds) = drawn_on(&colours, &sheet);
         while sheets.len() < MOST_SHEETS
             && let Drawn::Ink(ink) | Drawn::Scene(ink) = &drawn
-            && let Some(upon) = sheet.upon(&ink.all)
+            && let Some(upon) = sheet.upon(&ink.all).or_else(|| sheet.paper(&grounds))
         {
-            let inner = drawn_on(&colours, &upon.sheet);
+            let (inner, its_grounds) = drawn_on(&colours, &upon.sheet);
             if !matches!(&inner, Drawn::Ink(ink) if upon.carries(&ink.all)) {
                 break;
             }
             sheets.push(upon.bounds);
-            (sheet, drawn) = (upon.sheet, inner);
+            (sheet, drawn, grounds) = (upon.sheet, inner, its_grounds);
         }
         let ink = match drawn {
             Drawn::Ink(ink) => ink,
@@ -179,10 +180,15 @@ fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {
     Refusal { faults: vec![Fault::plain(detail).at([x, y])] }
 }
 
-fn drawn_on(colours: &[[u8; 3]], sheet: &Sheet) -> Drawn {
-    match ink::drawn(&Ground::of(colours, sheet, false), sheet) {
-        Drawn::Ink(ink) | Drawn::Scene(ink) if ink.patterned => ink::drawn(&Ground::of(colours, sheet, true), sheet),
-        drawn => drawn,
+/// What is drawn on a sheet, and the grounds it is drawn on.
+fn drawn_on(colours: &[[u8; 3]], sheet: &Sheet) -> (Drawn, Vec<Bitmap>) {
+    let look = |lined: bool| {
+        let ground = Ground::of(colours, sheet, lined);
+        (ink::drawn(&ground, sheet), ground.pieces)
+    };
+    match look(false) {
+        (Drawn::Ink(ink) | Drawn::Scene(ink), _) if ink.patterned => look(true),
+        seen => seen,
     }
 }
 

@@ -26,8 +26,19 @@ const OF_DISC: f64 = 0.08;
 /// Share of its outline along which a sheet is seen to end.
 const DRAWN_ROUND: f64 = 0.8;
 
-/// What is cut off the edge of a sheet that lies on another, in parts of its side: edges are not sharp.
+/// What is cut off the edge of a sheet that lies on another, in parts of its side: edges are not sharp. Of a frame more is,
+/// up to its inner edge.
 const EDGE: f64 = 0.015;
+const WIDEST_FRAME: f64 = 0.06;
+
+/// A paper of which the desk shows at some sides is ground that takes this share of its hull, without this share of the
+/// picture, and carries what is drawn over this part of its side.
+const OF_HULL: f64 = 0.97;
+const BESIDE: f64 = 0.01;
+const OF_PAPER_SIDE: f64 = 0.1;
+
+/// What is cut off the edge of such a paper, in parts of its side: ground is seen within its edge only, as far as that is straight.
+const PAPER_EDGE: f64 = 0.0075;
 
 /// Corners of a hull beyond which it is round.
 const MOST_CORNERS: usize = 120;
@@ -42,23 +53,39 @@ pub(super) struct Sheet {
 pub(super) struct Upon {
     pub sheet: Sheet,
     pub bounds: PixelBox,
-    /// A disc: it may be a figure itself, with a face on it.
-    is_round: bool,
+    form: Form,
+}
+
+enum Form {
+    FourSided,
+    /// A disc may be a figure itself, with a face on it.
+    Round,
+    /// A paper that runs over the border of the picture, seen as its ground.
+    Ground,
 }
 
 impl Upon {
-    /// Whether what is drawn here is a figure on a sheet and not the features of a round figure.
+    /// Whether what is drawn here is a figure on a sheet, and not the features of a round figure or dust.
     pub fn carries(&self, ink: &Bitmap) -> bool {
+        match self.form {
+            Form::FourSided => true,
+            Form::Round => self.is_on_disc(ink),
+            Form::Ground => {
+                PixelBox::of(ink).is_some_and(|drawn| drawn.side() as f64 >= OF_PAPER_SIDE * self.bounds.side() as f64)
+            }
+        }
+    }
+
+    fn is_on_disc(&self, ink: &Bitmap) -> bool {
         let whole = filled(&ink.framed(1)).cropped(1);
         let Some(largest) = parts(&whole, 1).into_iter().next() else { return false };
         let Some(own) = PixelBox::of(&largest) else { return false };
         let narrow = own.width().min(own.height()) as f64;
         let is_apart = largest.and(&self.sheet.border(1.0)).area() == 0;
-        !self.is_round
-            || is_apart
-                && own.side() as f64 >= OF_DISC_SIDE * self.bounds.side() as f64
-                && narrow >= OF_DISC_WIDTH * self.bounds.side() as f64
-                && largest.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
+        is_apart
+            && own.side() as f64 >= OF_DISC_SIDE * self.bounds.side() as f64
+            && narrow >= OF_DISC_WIDTH * self.bounds.side() as f64
+            && largest.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
     }
 }
 
@@ -81,6 +108,24 @@ impl Sheet {
         self.within(ink).or_else(|| self.within(&largest()?))
     }
 
+    /// The sheet that one of the grounds seen on this one may be: a paper of which the desk shows at some sides only.
+    pub fn paper(&self, grounds: &[Bitmap]) -> Option<Upon> {
+        let all = self.area.area() as f64;
+        grounds.iter().find_map(|ground| {
+            let paper = filled(&ground.framed(1)).cropped(1);
+            let shape = polygon(&hull(&paper), paper.width(), paper.height());
+            let area = shape.area() as f64;
+            let is_some = area >= LEAST_SHARE * all && area <= (1.0 - BESIDE) * all;
+            if !is_some || (paper.area() as f64) < OF_HULL * area {
+                return None;
+            }
+            let bounds = PixelBox::of(&shape)?;
+            // Where it runs over the border of the picture nothing is cut off.
+            let inner = eroded(&shape, (PAPER_EDGE * bounds.side() as f64).max(2.0));
+            (inner.area() > 0).then_some(Upon { sheet: Sheet { area: inner }, bounds, form: Form::Ground })
+        })
+    }
+
     fn within(&self, ink: &Bitmap) -> Option<Upon> {
         let bounds = PixelBox::of(ink)?;
         let corners = hull(ink);
@@ -99,9 +144,22 @@ impl Sheet {
         if (rim.and(&dilated(ink, edge)).area() as f64) < DRAWN_ROUND * rim.area() as f64 {
             return None;
         }
-        let inner = eroded(&shape.framed(2), edge).cropped(2);
-        (inner.area() > 0).then_some(Upon { sheet: Sheet { area: inner }, bounds, is_round: !has_four_sides })
+        let form = if has_four_sides { Form::FourSided } else { Form::Round };
+        let inner = within_frame(&shape, ink, edge, (WIDEST_FRAME * bounds.side() as f64).max(2.0));
+        (inner.area() > 0).then_some(Upon { sheet: Sheet { area: inner }, bounds, form })
     }
+}
+
+/// A shape without the frame round it that is drawn, which is from `least` to `most` wide; without `least` where what is
+/// drawn goes on, as a paper on a desk does.
+fn within_frame(shape: &Bitmap, ink: &Bitmap, least: f64, most: f64) -> Bitmap {
+    let cut = |by: f64| eroded(&shape.framed(2), by).cropped(2);
+    let is_framed = |inner: &Bitmap| {
+        let rim = inner.without(&eroded(&inner.framed(2), 1.0).cropped(2));
+        rim.and(ink).area() as f64 >= DRAWN_ROUND * rim.area() as f64
+    };
+    let steps = (0..).map(|k| least + f64::from(k)).take_while(|&by| by <= most);
+    steps.map(|by| cut(by)).find(|inner| !is_framed(inner)).unwrap_or_else(|| cut(least))
 }
 
 /// The pixels whose centres lie in a convex ring, which runs down one side and up the other.

@@ -544,3 +544,44 @@ fn what_is_drawn_beside_a_figure_in_lines_stays_apart() {
     assert_eq!(read.figures.len(), 2);
     assert!((read.sketch.mesh().area() / (0.49 * whole()) - 1.0).abs() < 0.05);
 }
+
+#[test]
+fn a_grey_figure_is_told_from_its_own_soft_shadow() {
+    let shadow = r#"<filter id="s"><feDropShadow dx="0" dy="6" stdDeviation="5" flood-opacity="0.25"/></filter>"#;
+    let read = svg(&format!(r##"{shadow}<polygon points="{PERSON}" fill="#d0d0d0" filter="url(#s)"/>"##));
+    let ratio = area(read) / whole();
+    // The darkest of the shadow is as dark as the figure and is taken for its rim.
+    assert!((0.96..1.15).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_paper_whose_desk_shows_at_two_sides_is_the_sheet() {
+    let desk = |x: u32, y: u32| [150 + (x * 7 % 5 * 12 + y * 3 % 7 * 6) as u8, 110 + (x * 3 % 7 * 8) as u8, 60];
+    let ground = |x: u32, y: u32| if x < 22 || y < 18 + x / 20 { desk(x, y) } else { [226, 224, 220] };
+    let read = png(person(|_, _| [30; 3], ground));
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
+    assert!(is_whole(read));
+}
+
+#[test]
+fn a_frame_of_any_width_is_not_the_figure() {
+    for width in [4, 8, 10, 14, 20] {
+        let frame = format!(r#"<path d="M15 15H385V485H15Z" fill="none" stroke="black" stroke-width="{width}"/>"#);
+        let read = svg(&format!(r#"{frame}<polygon points="{PERSON}"/>"#));
+        assert!(is_whole(read), "{width}");
+    }
+}
+
+#[test]
+fn sky_between_legs_in_the_grass_is_no_part_of_the_figure() {
+    let ground = |_: u32, y: u32| if y < 430 { [190, 225, 255] } else { [110, 185, 80] };
+    assert!(is_whole(png(person(|_, _| [120, 80, 50], ground))));
+}
+
+#[test]
+fn what_runs_over_one_corner_of_the_sheet_is_the_figure() {
+    let animal = r##"<path d="M100 250L130 200L180 240H400V500H220V400H140Z" fill="#a63"/>"##;
+    let shown = 76_000.0;
+    let ratio = area(svg(animal)) / shown;
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
