@@ -101,3 +101,43 @@ pub(super) fn ends(pieces: impl Iterator<Item = PixelBox>, bounds: PixelBox) -> 
     }
     ends
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(lines: &[[usize; 4]]) -> Bitmap {
+        let mut picture = Bitmap::new(100, 100);
+        for &[left, top, right, bottom] in lines {
+            (top..bottom).for_each(|y| picture.fill(y, left, right, true));
+        }
+        picture
+    }
+
+    /// Where the last row is set that was not.
+    fn added(ink: &Bitmap) -> Vec<Range<usize>> {
+        closed(ink, &Sheet::whole(100, 100)).without(ink).runs(99).collect()
+    }
+
+    #[test]
+    fn a_body_that_runs_over_the_border_ends_there() {
+        let bust = picture(&[[30, 20, 33, 100], [60, 20, 63, 100], [30, 20, 63, 23]]);
+        assert_eq!(added(&bust), [33..60]);
+        let open = picture(&[[30, 20, 33, 100], [60, 20, 63, 100]]);
+        assert_eq!(added(&open), []);
+    }
+
+    #[test]
+    fn what_is_between_legs_stays_open() {
+        let body = [[20, 10, 83, 13], [20, 10, 23, 100], [80, 10, 83, 100]];
+        let legs = [[40, 50, 63, 53], [40, 50, 43, 100], [60, 50, 63, 100]];
+        assert_eq!(added(&picture(&[body, legs].concat())), [23..40, 63..80]);
+    }
+
+    #[test]
+    fn an_arm_before_the_body_is_no_leg() {
+        let body = [[20, 10, 83, 13], [20, 10, 23, 100], [80, 10, 83, 100]];
+        let arms = [[40, 50, 43, 100], [60, 50, 63, 100]];
+        assert_eq!(added(&picture(&[&body[..], &arms].concat())), [23..40, 43..60, 63..80]);
+    }
+}
