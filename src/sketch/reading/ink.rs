@@ -6,7 +6,6 @@ use super::floor::floor;
 use super::ground::Ground;
 use super::rules::without_rules;
 use super::shadow::shadow;
-use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::{dilated, opened};
 use crate::raster::pieces::{Pieces, without_specks};
@@ -21,10 +20,8 @@ const NOISES: u8 = 6;
 const SOFTEST_EDGE: usize = 8;
 const STEEP: u8 = 8;
 
-/// Where more lines run over the border of the sheet, and so many at least over each of two opposite sides, they are its own
-/// pattern: squares, rules, a grain.
+/// Where so many lines run over the border of the sheet they are its own pattern: squares, rules, a grain.
 const PATTERN: usize = 8;
-const OPPOSITE: usize = 3;
 
 /// The contrast to which a pattern is taken for the ground's own.
 const STRONGEST_PATTERN: u8 = 128;
@@ -89,7 +86,7 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
     // Lines that run over the border are squares or rules, which are no scene.
     let is_scene = opened(&ink, SEAM).and(&band).area() as f64 > SCENE * band.area() as f64;
-    while is_patterned(&ink, &border) && least < STRONGEST_PATTERN {
+    while crossings(&ink, &border) > PATTERN && least < STRONGEST_PATTERN {
         least += least / 3;
         ink = above(ground, sheet, least);
     }
@@ -196,13 +193,9 @@ fn exposed(ink: &Bitmap, y: usize) -> impl Iterator<Item = usize> {
     ink.runs(y).flatten().filter(move |&x| !is_set(x, y.checked_sub(1)) || !is_set(x, Some(y + 1)))
 }
 
-/// Whether lines run over the border nearly everywhere.
-fn is_patterned(ink: &Bitmap, border: &Bitmap) -> bool {
-    let Some(bounds) = PixelBox::of(border) else { return false };
-    let pieces = Pieces::of(&dilated(&ink.and(border), 1.0), true).boxes();
-    let many = pieces.len() > PATTERN;
-    let [left, right, top, bottom] = border::ends(pieces.into_iter(), bounds);
-    many && left.min(right).max(top.min(bottom)) >= OPPOSITE
+/// How many pieces of ink lie on the border.
+fn crossings(ink: &Bitmap, border: &Bitmap) -> usize {
+    Pieces::of(&dilated(&ink.and(border), 1.0), true).sizes.len()
 }
 
 /// The ink that is faint beside the rest and has the ground's colour, only darker or lighter.

@@ -159,7 +159,7 @@ fn within_frame(shape: &Bitmap, ink: &Bitmap, least: f64, most: f64) -> Bitmap {
         rim.and(ink).area() as f64 >= DRAWN_ROUND * rim.area() as f64
     };
     let steps = (0..).map(|k| least + f64::from(k)).take_while(|&by| by <= most);
-    steps.map(|by| cut(by)).find(|inner| !is_framed(inner)).unwrap_or_else(|| cut(least))
+    steps.map(&cut).find(|inner| !is_framed(inner)).unwrap_or_else(|| cut(least))
 }
 
 /// The pixels whose centres lie in a convex ring, which runs down one side and up the other.

@@ -4,8 +4,11 @@ use std::borrow::Cow;
 
 use super::calls::{first, replaced};
 
-/// Functions for colours, and what they mean by their arguments.
-const FUNCTIONS: [(&str, fn(&str) -> Option<String>); 4] =
+/// What a colour says in older words, by its arguments; nothing where there are none.
+type Conversion = fn(&str) -> Option<String>;
+
+/// Functions for colours, and what they mean.
+const FUNCTIONS: [(&str, Conversion); 4] =
     [("light-dark", light), ("oklch", oklch), ("oklab", oklab), ("color", of_space)];
 
 /// What numbers in per cent are of, where 100 % are not 1: the chroma of `oklch`, and both axes of `oklab`.
