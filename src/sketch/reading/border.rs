@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Sheet;
-use super::closing::closing;
+use super::closing::{between, closing, stretches};
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 
@@ -46,14 +46,8 @@ impl Side {
 
     /// The stretches where thin ink runs over it.
     fn crossings(self, ink: &Bitmap) -> Vec<Range<usize>> {
-        let mut crossings: Vec<Range<usize>> = Vec::new();
         let is_ink = |at: &usize| (0..=NEAR).map(|depth| self.pixel(*at, depth)).any(|[x, y]| ink.get(x, y));
-        for at in self.length().filter(is_ink) {
-            match crossings.last_mut() {
-                Some(last) if last.end == at => last.end = at + 1,
-                _ => crossings.push(at..at + 1),
-            }
-        }
+        let mut crossings = stretches(self.length().filter(is_ink));
         let widest = WIDEST * self.bounds.side() as f64;
         crossings.retain(|crossing| crossing.len() as f64 <= widest);
         crossings.truncate(MOST);
@@ -73,8 +67,7 @@ pub(super) fn closed(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
 }
 
 fn closed_along(ink: Bitmap, side: Side) -> Bitmap {
-    let crossings = side.crossings(&ink);
-    let between: Vec<Range<usize>> = crossings.windows(2).map(|pair| pair[0].end..pair[1].start).collect();
+    let between = between(&side.crossings(&ink));
     if between.is_empty() {
         return ink;
     }

@@ -9,6 +9,23 @@ use crate::raster::neighbourhood::dilated;
 /// Half the width of gaps in lines through which nothing is seen, in parts of the picture's longer side.
 const HALF_GAP: f64 = 0.008;
 
+/// The stretches that places make that follow each other, the places in ascending order.
+pub(super) fn stretches(places: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+    let mut stretches: Vec<Range<usize>> = Vec::new();
+    for at in places {
+        match stretches.last_mut() {
+            Some(last) if last.end == at => last.end = at + 1,
+            _ => stretches.push(at..at + 1),
+        }
+    }
+    stretches
+}
+
+/// What lies between each of the lines and the next.
+pub(super) fn between(lines: &[Range<usize>]) -> Vec<Range<usize>> {
+    lines.windows(2).map(|pair| pair[0].end..pair[1].start).collect()
+}
+
 /// Of the stretches between lines that end on another, in order, those with the figure's inside behind them. `closed` is the ink
 /// with the line they end on, and `behind` the pixel that lies so far behind a place of it.
 ///

@@ -182,11 +182,8 @@ impl<'a> Lines<'a> {
             return false;
         }
         let between = parts(&self.thin.and(&dilated(hole, WIDEST_PEN * self.size)), 1);
-        let limb = between
-            .iter()
-            .filter(|part| part.and(outside).area() > 0)
-            .fold(None, |limb, part| Some(limb.map_or_else(|| part.clone(), |limb: Bitmap| limb.or(part))));
-        limb.is_some_and(|limb| !is_even(&limb))
+        let limbs = between.iter().filter(|part| part.and(outside).area() > 0);
+        !is_even(&limbs.fold(Bitmap::new(hole.width(), hole.height()), |all, limb| all.or(limb)))
     }
 
     /// Thin ink that is not beside an area thicker than a line.

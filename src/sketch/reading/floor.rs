@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::closing::closing;
+use super::closing::{between, closing, stretches};
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 
@@ -144,18 +144,12 @@ fn is_within(rest: &Bitmap, x: usize, rows: &Range<usize>, reach: usize) -> bool
 /// What of the line closes legs that are drawn by their outlines.
 fn soles(ink: &Bitmap, rest: &Bitmap, columns: &[Column]) -> Bitmap {
     let thick = columns.iter().map(|column| column.rows.len()).max().unwrap_or(0);
-    let mut lines: Vec<Range<usize>> = Vec::new();
-    for (k, _) in columns.iter().enumerate().filter(|(_, column)| is_within(rest, column.x, &column.rows, TOUCH)) {
-        match lines.last_mut() {
-            Some(line) if line.end == k => line.end = k + 1,
-            _ => lines.push(k..k + 1),
-        }
-    }
+    let is_touched = |&k: &usize| is_within(rest, columns[k].x, &columns[k].rows, TOUCH);
+    let mut lines = stretches((0..columns.len()).filter(is_touched));
     lines.retain(|line| line.len() <= 2 * thick);
-    let between: Vec<Range<usize>> = lines.windows(2).map(|pair| pair[0].end..pair[1].start).collect();
     let above = |k: usize, depth: usize| [columns[k].x, columns[k].rows.start.saturating_sub(depth)];
     let mut soles = Bitmap::new(rest.width(), rest.height());
-    for Column { x, rows } in closing(ink, &between, above).into_iter().flatten().map(|k| &columns[k]) {
+    for Column { x, rows } in closing(ink, &between(&lines), above).into_iter().flatten().map(|k| &columns[k]) {
         rows.clone().for_each(|y| soles.set(*x, y));
     }
     soles

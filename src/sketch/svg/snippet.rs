@@ -23,8 +23,7 @@ pub(super) fn mended(text: &str) -> Cow<'_, str> {
     let text = text.trim_start();
     match (with_prefixes(text), text.contains('&')) {
         (text, false) => text,
-        (Cow::Borrowed(text), true) => without_unknown(text),
-        (Cow::Owned(text), true) => Cow::Owned(without_unknown(&text).into_owned()),
+        (text, true) => Cow::Owned(without_unknown(&text)),
     }
 }
 
@@ -75,7 +74,7 @@ fn is_of_name(c: char) -> bool {
 }
 
 /// The text with a blank for every `&` that begins no reference, and for every reference to what is not declared.
-fn without_unknown(text: &str) -> Cow<'_, str> {
+fn without_unknown(text: &str) -> String {
     let known: BTreeSet<&str> = entities(text).into_iter().map(|(name, _)| name).chain(CHARACTERS).collect();
     let (mut done, mut rest) = (String::with_capacity(text.len()), text);
     while let Some(at) = rest.find('&') {
@@ -93,7 +92,7 @@ fn without_unknown(text: &str) -> Cow<'_, str> {
         }
     }
     done.push_str(rest);
-    Cow::Owned(done)
+    done
 }
 
 #[cfg(test)]
