@@ -35,13 +35,13 @@ pub use scene::landmarks::Pair;
 pub use scene::upright::Upright;
 
 use choice::attempt::{Attempt, attempts};
+use choice::leaning::{FirstLook, first_look};
 use choice::reconciliation::reconciled;
 use choice::{believed, best_view, trust};
 use distances::by_distances;
 use prepared::{FlatShape, PreparedMesh};
 use scene::Scene;
 use scene::landmarks::Landmarks;
-use search::candidates::candidates;
 
 use crate::geometry::dot;
 use crate::numerics::Watch;
@@ -66,15 +66,14 @@ pub fn aligned(
     first: Option<&dyn Fn(Alignment)>,
     watch: &dyn Watch,
 ) -> Result<Alignment, AlignmentError> {
-    let scene = &Scene::new(shape, mesh, upright, watch);
     let (landmarks, none) = (&Landmarks::new(shape, landmarks, watch)?, &Landmarks::new(shape, &[], watch)?);
-    let candidates = candidates(scene)?;
-    let at_first = attempts(scene, &candidates, none)?;
-    if let (Some(first), [best, others @ ..]) = (first, &at_first[..]) {
+    let FirstLook { ref scene, candidates, attempts: seen } =
+        first_look(Scene::new(shape, mesh, upright, watch), none)?;
+    if let (Some(first), [best, others @ ..]) = (first, &seen[..]) {
         let doubts = trust::doubts(scene, best, others, landmarks);
         first(answer(scene, best.clone().holding(scene, landmarks), &doubts, false, landmarks, Vec::new()));
     }
-    let (best, others) = best_view(scene, at_first, none)?;
+    let (best, others) = best_view(scene, seen, none)?;
     let (answered, by_distances) = believed(scene, best)?;
     let moved = answered.clone().moved(scene, landmarks)?;
     let other = if landmarks.contradict(mesh, &answered.map) {
@@ -156,9 +155,9 @@ pub fn weighed(
     upright: Option<Upright>,
     watch: &dyn Watch,
 ) -> Result<(Vec<Weighed>, Vec<[f64; DOUBTS]>), AlignmentError> {
-    let scene = &Scene::new(shape, mesh, upright, watch);
     let none = &Landmarks::new(shape, &[], watch)?;
-    let (best, others) = best_view(scene, attempts(scene, &candidates(scene)?, none)?, none)?;
+    let FirstLook { ref scene, attempts: seen, .. } = first_look(Scene::new(shape, mesh, upright, watch), none)?;
+    let (best, others) = best_view(scene, seen, none)?;
     let (answer, by_distances) = believed(scene, best.clone())?;
     let doubts = trust::doubts(scene, &answer, &others, none);
     let rejected = by_distances.then_some(best);

@@ -2,6 +2,7 @@
 
 pub mod attempt;
 mod explanation;
+pub mod leaning;
 pub mod reconciliation;
 pub mod terms;
 pub mod trust;

@@ -31,4 +31,12 @@ impl<'a> Scene<'a> {
     ) -> Scene<'a> {
         Scene { shape, mesh, upright, eyes: Eyes::of(shape, mesh, upright), watch }
     }
+
+    /// The scene of a drawing that leans by an angle, counter-clockwise; none where up is not known.
+    pub fn leaning(&self, degrees: f64) -> Option<Scene<'a>> {
+        let upright = self.upright?;
+        let ((sin, cos), [x, y]) = (degrees.to_radians().sin_cos(), upright.sketch);
+        let upright = Upright { sketch: [cos * x - sin * y, sin * x + cos * y], ..upright };
+        Some(Scene { upright: Some(upright), ..*self })
+    }
 }

@@ -44,9 +44,19 @@ pub enum Kind {
 /// # Errors
 /// [`Cancelled`] by the watcher.
 pub fn candidates(scene: &Scene<'_>) -> Result<Vec<Candidate>, Cancelled> {
-    let mesh = scene.mesh;
-    let seen = |view: &View, side: usize| if side == 0 { view.clone() } else { view.from_behind() };
+    let mut candidates = canonical(scene)?;
+    let sphere = nearest(scene, &scene.mesh.sphere, SPHERE, SPHERE_EVERY)?;
+    let views = sphere.into_iter().map(|(_, k, side)| (seen(&scene.mesh.sphere[k], side), Kind::Sphere(k)));
+    candidates.extend(views.map(|(view, kind)| Candidate::new(scene, view, kind)));
+    Ok(candidates)
+}
 
+/// The canonical views with the least contour cost.
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
+pub fn canonical(scene: &Scene<'_>) -> Result<Vec<Candidate>, Cancelled> {
+    let mesh = scene.mesh;
     let mut chosen = Vec::new();
     let ranked = nearest(scene, &mesh.canonical, 2 * mesh.canonical.len(), CANONICAL_EVERY)?;
     let cost_of =
@@ -62,12 +72,13 @@ pub fn candidates(scene: &Scene<'_>) -> Result<Vec<Candidate>, Cancelled> {
             chosen.push((k, side));
         }
     }
-    let canonical =
-        chosen.into_iter().map(|(k, side)| Candidate::new(scene, seen(&mesh.canonical[k], side), Kind::Canonical(k)));
-    let sphere = nearest(scene, &mesh.sphere, SPHERE, SPHERE_EVERY)?
-        .into_iter()
-        .map(|(_, k, side)| Candidate::new(scene, seen(&mesh.sphere[k], side), Kind::Sphere(k)));
-    Ok(canonical.chain(sphere).collect())
+    let views = chosen.into_iter().map(|(k, side)| (seen(&mesh.canonical[k], side), Kind::Canonical(k)));
+    Ok(views.map(|(view, kind)| Candidate::new(scene, view, kind)).collect())
+}
+
+/// A view, from behind where the side is not 0.
+fn seen(view: &View, side: usize) -> View {
+    if side == 0 { view.clone() } else { view.from_behind() }
 }
 
 /// The `count` views from either side of least cost, of equals the first: (cost, view, side).
@@ -79,8 +90,7 @@ fn nearest(
 ) -> Result<Vec<(f64, usize, usize)>, Cancelled> {
     let cost_of = |&(k, side): &(usize, usize)| {
         scene.watch.proceed(0.0)?;
-        let view = if side == 0 { views[k].clone() } else { views[k].from_behind() };
-        Ok((cost(&differences(scene, &view), every), k, side))
+        Ok((cost(&differences(scene, &seen(&views[k], side)), every), k, side))
     };
     let sides: Vec<(usize, usize)> = (0..views.len()).flat_map(|k| [(k, 0), (k, 1)]).collect();
     let costs = side_by_side(&sides, cost_of);

@@ -156,7 +156,7 @@ impl<'a> Lines<'a> {
     fn with_insides(&self) -> (Bitmap, Bitmap) {
         let whole = filled(self.ink);
         let least = SMALL_HOLE * whole.area() as f64;
-        let outside = dilated(&whole.complement(), 2.0);
+        let outside = self.outside();
         let mut true_holes = Bitmap::new(whole.width(), whole.height());
         for hole in parts(&whole.without(self.ink), least as usize) {
             let share = hole.area() as f64 / whole.area() as f64;
@@ -176,7 +176,12 @@ impl<'a> Lines<'a> {
         rim.without(&self.thin).area() as f64 >= SOLID_RIM * rim.area() as f64
     }
 
-    /// Whether what is thin between a hole and what is outside is no line of a pen.
+    /// What lies outside of all ink, and its rim.
+    fn outside(&self) -> Bitmap {
+        dilated(&filled(self.ink).complement(), 2.0)
+    }
+
+    /// Whether what is thin between a hole or a bay and what is outside is no line of a pen.
     fn is_behind_limb(&self, hole: &Bitmap, outside: &Bitmap) -> bool {
         if self.thin.area() as f64 > FILLED * self.ink.area() as f64 {
             return false;
@@ -260,11 +265,14 @@ impl<'a> Lines<'a> {
     /// areas into which a disc of radius `room` goes, and their gaps.
     fn pockets(&self, area: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<(Bitmap, Gap)> {
         let sealed = eroded(&filled(&dilated(area, radius)), radius).or(area);
+        let outside = self.outside();
+        let most_behind_limbs = LARGEST_HOLE * filled(self.ink).area() as f64;
         let near_loose = dilated(loose, 2.0);
         let least = (self.pen * self.pen).max(4.0) as usize;
         let mut pockets = Vec::new();
         for pocket in parts(&sealed.without(area), least) {
-            if eroded(&pocket, room).area() == 0 {
+            let is_bay = pocket.area() as f64 <= most_behind_limbs && self.is_behind_limb(&pocket, &outside);
+            if is_bay || eroded(&pocket, room).area() == 0 {
                 continue;
             }
             let line = dilated(&pocket, 2.0).and(&self.thin);

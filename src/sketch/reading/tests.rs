@@ -521,6 +521,13 @@ fn a_hole_behind_a_thin_limb_is_one() {
 }
 
 #[test]
+fn thin_legs_of_a_filled_figure_whose_feet_nearly_meet_stay_apart() {
+    let legs = "L240 430H229V450H204V422H232L248 250H152L168 422H196V450H171V430H160L130 250";
+    let apart = area(svg(&format!(r#"<path d="M60 60H340V250H270{legs}H60Z"/>"#)));
+    assert!((apart / 60_176.0 - 1.0).abs() < 0.02, "{apart}");
+}
+
+#[test]
 fn the_inside_of_a_very_wide_line_is_no_hole() {
     let marker = r#"<ellipse cx="200" cy="220" rx="120" ry="150" fill="none" stroke="black" stroke-width="36"/>
                     <path d="M110 330h70v120h-70zM220 330h70v120h-70z"/>"#;
