@@ -68,6 +68,12 @@ const STICKS: f64 = 0.5;
 /// Share of the line round an area that encloses nothing else from which on the line is there for this area.
 const NEW_LINE: f64 = 0.25;
 
+/// Share of it that lies beside nothing thick up to which what was closed is a place between legs, once the legs are.
+const NEEDLESS: f64 = 0.02;
+
+/// Pockets that are looked at again, the largest ones.
+const MOST_POCKETS: usize = 8;
+
 /// Share of the ink that encloses nothing where all but a wide gap is closed.
 const STILL_LOOSE: f64 = 0.25;
 
@@ -84,6 +90,12 @@ pub(super) struct Body {
     pub limbs: Bitmap,
     /// How much of the line round the figure lies outside of its outline, in pixels.
     pub rim: f64,
+}
+
+/// What is enclosed when a gap is closed.
+struct Pocket {
+    area: Bitmap,
+    gap: Gap,
 }
 
 /// The ink of a drawing, its size in pixels, and what in it is line.
@@ -104,7 +116,7 @@ struct Lines<'a> {
 pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> {
     let lines = Lines::of(ink, size);
     let (mut area, holes) = lines.with_insides();
-    let mut gaps = lines.close_gaps(&mut area, &holes);
+    let mut pockets = lines.close_gaps(&mut area, &holes);
     if let Some(gap) = lines.wide_gap(&area, &holes) {
         return Err(gap);
     }
@@ -112,12 +124,14 @@ pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> 
     if lines.thin.area() as f64 >= LINES * ink.area() as f64 {
         // What is left of a hand or a foot whose line is open is too narrow for the discs that found the rest.
         let (loose, radius, room) = (lines.loose(&area), 0.5 * NARROW_GAP * size, 0.25 * lines.pen);
-        gaps.extend(lines.close(&mut area, &holes, &loose, radius, room));
+        pockets.extend(lines.close(&mut area, &holes, &loose, radius, room));
+        lines.keep_needed(&mut area, &mut pockets);
         limbs = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
         // What is filled in the corners of limbs is no gap.
         let corners = dilated(&limbs, lines.pen);
-        gaps.retain(|gap: &Gap| !corners.get(gap.place[0] as usize, gap.place[1] as usize));
+        pockets.retain(|Pocket { gap, .. }| !corners.get(gap.place[0] as usize, gap.place[1] as usize));
     }
+    let gaps = pockets.into_iter().map(|pocket| pocket.gap).collect();
     let rim = outlining_pen(&area.or(&holes), dark, size).map_or(0.0, |pen| 0.5 * pen);
     let area = if rim > 0.0 { to_mid_line(&area, rim) } else { area };
     Ok(Body { area: area.or(&limbs).without(&holes), gaps, limbs, rim })
@@ -193,8 +207,7 @@ impl<'a> Lines<'a> {
 
     /// Thin ink that is not beside an area thicker than a line.
     fn loose(&self, area: &Bitmap) -> Bitmap {
-        let thick = opened(area, 0.75 * self.pen + 0.5);
-        let loose = self.thin.without(&dilated(&thick, self.pen + 1.0));
+        let loose = self.thin.without(&dilated(&self.thick(area), self.pen + 1.0));
         let least = LINE * self.pen * self.pen;
         let mut long = Bitmap::new(loose.width(), loose.height());
         for line in parts(&dilated(&loose, DASHES * self.pen), least as usize) {
@@ -207,37 +220,60 @@ impl<'a> Lines<'a> {
     }
 
     /// Adds to the area what is enclosed when gaps are closed, narrow ones first, until little of the line is loose.
-    fn close_gaps(&self, area: &mut Bitmap, holes: &Bitmap) -> Vec<Gap> {
+    fn close_gaps(&self, area: &mut Bitmap, holes: &Bitmap) -> Vec<Pocket> {
         // A line beside fills may be little of the ink and yet enclose much: narrow gaps of it are closed all the same.
         let is_little = |loose: &Bitmap, gap: f64| {
             let drawn = if gap <= NARROW_GAP { &self.thin } else { self.ink };
             loose.area() as f64 <= LOOSE * drawn.area() as f64
         };
         let mut loose = self.loose(area);
-        let mut gaps = Vec::new();
+        let mut pockets = Vec::new();
         let widest = 0.5 * WIDE_GAPS[1] * self.size;
         if is_little(&loose, 0.0) || self.pockets(&area.or(holes), &loose, widest, self.room(0.0)).is_empty() {
-            return gaps;
+            return pockets;
         }
         for gap in GAPS {
             if is_little(&loose, gap) {
                 break;
             }
             let radius = 0.5 * gap * self.size;
-            gaps.extend(self.close(area, holes, &loose, radius, self.room(radius)));
+            pockets.extend(self.close(area, holes, &loose, radius, self.room(radius)));
             loose = self.loose(area);
         }
-        gaps
+        pockets
     }
 
-    /// Adds the pockets of a radius to the area; their gaps.
-    fn close(&self, area: &mut Bitmap, holes: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<Gap> {
+    /// Adds the pockets of a radius to the area.
+    fn close(&self, area: &mut Bitmap, holes: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<Pocket> {
         let pockets = self.pockets(&area.or(holes), loose, radius, room);
-        let add = |(pocket, gap): (Bitmap, Gap)| {
-            *area = area.or(&pocket);
-            gap
-        };
-        pockets.into_iter().map(add).collect()
+        *area = pockets.iter().fold(area.clone(), |area, pocket| area.or(&pocket.area));
+        pockets
+    }
+
+    /// Takes away again what is between legs, of the largest pockets the smaller ones first.
+    fn keep_needed(&self, area: &mut Bitmap, pockets: &mut Vec<Pocket>) {
+        pockets.sort_by_key(|pocket| std::cmp::Reverse(pocket.area.area()));
+        for k in (1..pockets.len().min(MOST_POCKETS)).rev() {
+            let without = area.without(&pockets[k].area);
+            if self.is_beside(&pockets[k].area, &without) {
+                *area = without;
+                pockets.remove(k);
+            }
+        }
+    }
+
+    /// Whether the line round a pocket is there for one thick piece of the area that lies beside it.
+    fn is_beside(&self, pocket: &Bitmap, area: &Bitmap) -> bool {
+        let line = dilated(pocket, 2.0).and(&self.thin);
+        let thick = parts(&self.thick(area), 1);
+        let mut beside = thick.iter().map(|piece| dilated(piece, self.pen + 1.0)).filter(|near| near.and(&line).area() > 0);
+        let (only, other) = (beside.next(), beside.next());
+        only.is_some_and(|near| line.without(&near).area() as f64 <= NEEDLESS * line.area() as f64) && other.is_none()
+    }
+
+    /// What of an area is thicker than a line.
+    fn thick(&self, area: &Bitmap) -> Bitmap {
+        opened(area, 0.75 * self.pen + 0.5)
     }
 
     /// The gap through which a line is open that encloses the figure but for it.
@@ -250,9 +286,9 @@ impl<'a> Lines<'a> {
         WIDE_GAPS.into_iter().find_map(|gap| {
             let radius = 0.5 * gap * self.size;
             let pockets = self.pockets(&area.or(holes), &loose, radius, self.room(radius));
-            let enclosed = pockets.iter().fold(area.clone(), |area, (pocket, _)| area.or(pocket));
+            let enclosed = pockets.iter().fold(area.clone(), |area, pocket| area.or(&pocket.area));
             let is_closed = self.loose(&enclosed).area() as f64 <= STILL_LOOSE * self.ink.area() as f64;
-            pockets.first().filter(|_| is_closed).map(|&(_, gap)| gap)
+            pockets.first().filter(|_| is_closed).map(|pocket| pocket.gap)
         })
     }
 
@@ -263,7 +299,7 @@ impl<'a> Lines<'a> {
 
     /// What would be enclosed were gaps of up to twice `radius` closed, where the line round it is there for that: the
     /// areas into which a disc of radius `room` goes, and their gaps.
-    fn pockets(&self, area: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<(Bitmap, Gap)> {
+    fn pockets(&self, area: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<Pocket> {
         let sealed = eroded(&filled(&dilated(area, radius)), radius).or(area);
         let outside = self.outside();
         let most_behind_limbs = LARGEST_HOLE * filled(self.ink).area() as f64;
@@ -278,7 +314,7 @@ impl<'a> Lines<'a> {
             let line = dilated(&pocket, 2.0).and(&self.thin);
             if line.and(&near_loose).area() as f64 >= NEW_LINE * line.area() as f64 {
                 let gap = gap(&pocket, area);
-                pockets.push((pocket, Gap { width: gap.width.min(2.0 * radius), ..gap }));
+                pockets.push(Pocket { area: pocket, gap: Gap { width: gap.width.min(2.0 * radius), ..gap } });
             }
         }
         pockets
