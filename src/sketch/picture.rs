@@ -11,6 +11,7 @@ use super::Config;
 use super::foreign;
 use super::reading::canvas::{Canvas, LONGEST_SIDE};
 use super::refusal::Refusal;
+use crate::raster::PixelBox;
 
 /// Memory a decoder may take beside its output.
 const MAX_DECODER_BYTES: u64 = 1 << 30;
@@ -42,10 +43,13 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<Canvas, Refusal> {
         pixel.reverse();
     }
     let shown = shown.into_rgba8();
+    let [width, height] = [shown.width(), shown.height()].map(|side| side as usize);
     Ok(Canvas {
-        width: shown.width() as usize,
-        height: shown.height() as usize,
+        width,
+        height,
+        own: PixelBox { low: [0; 2], high: [width, height] },
         pixels: shown.pixels().map(|pixel| pixel.0).collect(),
+        cut: [[false; 2]; 2],
         origin: [0.0; 2],
         pixel,
     })

@@ -1,5 +1,6 @@
 //! What a viewer sees of an upload.
 
+use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::pieces::{Pieces, Run};
 
@@ -37,6 +38,10 @@ pub struct Canvas {
     pub height: usize,
     /// Red, green, blue and opacity, row by row, the colours not multiplied by the opacity.
     pub pixels: Vec<[u8; 4]>,
+    /// Where in it the upload lies: there may be room beside it.
+    pub own: PixelBox,
+    /// The sides over which the upload goes on: left and right, upper and lower.
+    pub cut: [[bool; 2]; 2],
     /// The upper left corner, in the coordinates of the upload.
     pub origin: [f64; 2],
     /// Width and height of a pixel, in the coordinates of the upload.
@@ -44,14 +49,18 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// The canvas with room at its sides where it has no ground of its own there: where both their corners show the page.
+    /// The canvas with room at its sides where it has no ground of its own there and all is seen: where both their corners show the
+    /// page.
     pub fn with_room(self) -> Canvas {
         let (width, height) = (self.width, self.height);
         let shows_page = |x: usize, y: usize| self.pixels[y * width + x][3] < OPAQUE;
         let (left, right, top, bottom) = (0, width - 1, 0, height - 1);
-        let room = |a: bool, b: bool| if a && b { ROOM } else { 0 };
-        let [above, below] = [top, bottom].map(|y| room(shows_page(left, y), shows_page(right, y)));
-        let [before, behind] = [left, right].map(|x| room(shows_page(x, top), shows_page(x, bottom)));
+        let room = |is_cut: bool, a: bool, b: bool| if !is_cut && a && b { ROOM } else { 0 };
+        let [across, down] = self.cut;
+        let [above, below] = [(top, down[0]), (bottom, down[1])]
+            .map(|(y, is_cut)| room(is_cut, shows_page(left, y), shows_page(right, y)));
+        let [before, behind] = [(left, across[0]), (right, across[1])]
+            .map(|(x, is_cut)| room(is_cut, shows_page(x, top), shows_page(x, bottom)));
         let [wider, higher] = [before + width + behind, above + height + below];
         let mut pixels = vec![[0; 4]; wider * higher];
         for (y, row) in self.pixels.chunks_exact(width).enumerate() {
@@ -59,7 +68,8 @@ impl Canvas {
         }
         let origin = [before, above].map(|room| room as f64);
         let origin = [0, 1].map(|i| self.origin[i] - origin[i] * self.pixel[i]);
-        Canvas { width: wider, height: higher, pixels, origin, pixel: self.pixel }
+        let own = PixelBox { low: [before, above], high: [before + width, above + height] };
+        Canvas { width: wider, height: higher, pixels, own, origin, ..self }
     }
 
     /// A point in pixels in the coordinates of the upload.

@@ -266,7 +266,8 @@ impl<'a> Lines<'a> {
     fn is_beside(&self, pocket: &Bitmap, area: &Bitmap) -> bool {
         let line = dilated(pocket, 2.0).and(&self.thin);
         let thick = parts(&self.thick(area), 1);
-        let mut beside = thick.iter().map(|piece| dilated(piece, self.pen + 1.0)).filter(|near| near.and(&line).area() > 0);
+        let mut beside =
+            thick.iter().map(|piece| dilated(piece, self.pen + 1.0)).filter(|near| near.and(&line).area() > 0);
         let (only, other) = (beside.next(), beside.next());
         only.is_some_and(|near| line.without(&near).area() as f64 <= NEEDLESS * line.area() as f64) && other.is_none()
     }

@@ -92,7 +92,7 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     }
     let patterned = least > faintest;
     let seen = ink;
-    let ink = without_rules(&seen, sheet);
+    let ink = without_rules(&seen, &ground.contrast, sheet);
     let rules = seen.without(&ink);
     let strong = exceeded(&ground.contrast, &ink, 4);
     let all = without_dust(&without_seams(ground, ink, strong));

@@ -89,7 +89,7 @@ impl Reading {
     /// A blank canvas; a scene without a ground; a line that stays open, with its place.
     pub fn of(canvas: &Canvas) -> Result<Reading, Refusal> {
         let colours = canvas.on_page();
-        let mut sheet = Sheet::whole(canvas.width, canvas.height);
+        let mut sheet = Sheet { sides: canvas.own, ..Sheet::whole(canvas.width, canvas.height) };
         let mut sheets = Vec::new();
         let (mut drawn, mut grounds) = drawn_on(&colours, &sheet);
         while sheets.len() < MOST_SHEETS

@@ -12,12 +12,15 @@ const WHOLE_RULE: f64 = 0.97;
 const THIN_RULE: f64 = 0.6;
 const MOST_RULES: usize = 24;
 
+/// What has more than this many times the contrast of most of a rule is drawn over it.
+const STRONGER: f64 = 1.5;
+
 /// How far from the sides of the sheet rules begin, in parts of its size.
 const OFF_FRAME: f64 = 0.03;
 
-/// The ink without the paper's own lines.
-pub(super) fn without_rules(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
-    let Some(bounds) = PixelBox::of(&sheet.area) else { return ink.clone() };
+/// The ink without the paper's own lines; `contrast` is that of every pixel with the ground.
+pub(super) fn without_rules(ink: &Bitmap, contrast: &[u8], sheet: &Sheet) -> Bitmap {
+    let bounds = sheet.sides;
     let mut kept = ink.clone();
     for across in [false, true] {
         let axis = usize::from(!across);
@@ -32,7 +35,10 @@ pub(super) fn without_rules(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
             let there = (first..=last).filter(|&at| line.is_there(at)).count() as f64;
             let length = (last + 1 - first) as f64;
             if there >= WHOLE_RULE * length && thin.len() as f64 >= THIN_RULE * length {
-                thin.into_iter().for_each(|at| line.clear(&mut kept, at));
+                let most = STRONGER * f64::from(line.contrast(&thin, contrast));
+                thin.into_iter().for_each(|at| {
+                    line.clear(&mut kept, at, |[x, y]| f64::from(contrast[y * ink.width() + x]) <= most)
+                });
             }
         }
     }
@@ -74,15 +80,26 @@ impl Line<'_> {
         !self.is_ink(at, side.saturating_sub(RULE)) && !self.is_ink(at, side + RULE)
     }
 
-    /// Clears what is drawn there, as wide as a rule may be.
-    fn clear(&self, kept: &mut Bitmap, at: usize) {
-        let side = self.side(at);
-        let (from, to) = (side.saturating_sub(RULE), side + RULE + 1);
-        if self.across {
-            (from..to.min(kept.height())).for_each(|y| kept.fill(y, at, at + 1, false));
-        } else {
-            kept.fill(at, from, to.min(kept.width()), false);
-        }
+    /// The pixels there, as wide as a rule may be.
+    fn pixels(&self, at: usize) -> impl Iterator<Item = [usize; 2]> {
+        let (side, across) = (self.side(at), self.across);
+        let end = if across { self.ink.height() } else { self.ink.width() };
+        let places = side.saturating_sub(RULE)..(side + RULE + 1).min(end);
+        places.map(move |side| if across { [at, side] } else { [side, at] })
+    }
+
+    /// The contrast that half of its places have at most.
+    fn contrast(&self, places: &[usize], contrast: &[u8]) -> u8 {
+        let strongest = |&at: &usize| self.pixels(at).map(|[x, y]| contrast[y * self.ink.width() + x]).max();
+        let mut all: Vec<u8> = places.iter().filter_map(strongest).collect();
+        all.sort_unstable();
+        all.get(all.len() / 2).copied().unwrap_or(0)
+    }
+
+    /// Clears what is drawn there and `is_own`.
+    fn clear(&self, kept: &mut Bitmap, at: usize, is_own: impl Fn([usize; 2]) -> bool) {
+        let own = self.pixels(at).filter(|&pixel| is_own(pixel));
+        own.for_each(|[x, y]| kept.fill(y, x, x + 1, false));
     }
 }
 

@@ -47,6 +47,8 @@ const MOST_CORNERS: usize = 120;
 #[derive(Clone, Debug)]
 pub(super) struct Sheet {
     pub area: Bitmap,
+    /// The box at whose sides it ends: that about its area, but for room that was made beside a picture.
+    pub sides: PixelBox,
 }
 
 /// A sheet on another.
@@ -94,7 +96,12 @@ impl Sheet {
     pub fn whole(width: usize, height: usize) -> Sheet {
         let mut area = Bitmap::new(width, height);
         (0..height).for_each(|y| area.fill(y, 0, width, true));
-        Sheet { area }
+        Sheet { area, sides: PixelBox { low: [0; 2], high: [width, height] } }
+    }
+
+    /// The sheet of an area with a pixel at least.
+    fn of(area: Bitmap) -> Option<Sheet> {
+        PixelBox::of(&area).map(|sides| Sheet { area, sides })
     }
 
     /// Its pixels within so many of its border.
@@ -122,7 +129,7 @@ impl Sheet {
             let bounds = PixelBox::of(&shape)?;
             // Where it runs over the border of the picture nothing is cut off.
             let inner = eroded(&shape, (PAPER_EDGE * bounds.side() as f64).max(2.0));
-            (inner.area() > 0).then_some(Upon { sheet: Sheet { area: inner }, bounds, form: Form::Ground })
+            Sheet::of(inner).map(|sheet| Upon { sheet, bounds, form: Form::Ground })
         })
     }
 
@@ -146,7 +153,7 @@ impl Sheet {
         }
         let form = if has_four_sides { Form::FourSided } else { Form::Round };
         let inner = within_frame(&shape, ink, edge, (WIDEST_FRAME * bounds.side() as f64).max(2.0));
-        (inner.area() > 0).then_some(Upon { sheet: Sheet { area: inner }, bounds, form })
+        Sheet::of(inner).map(|sheet| Upon { sheet, bounds, form })
     }
 }
 

@@ -296,10 +296,18 @@ fn all_that_is_left_out_has_its_box() {
 }
 
 #[test]
-fn dashes_are_one_line() {
-    let line =
-        format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="4" stroke-dasharray="14 7"/>"#);
-    let read = svg(&line);
+fn short_strokes_are_one_line() {
+    let corners = corners();
+    let mut strokes = String::new();
+    for (p, q) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let length = (q[0] - p[0]).hypot(q[1] - p[1]);
+        let at = |along: f64| [0, 1].map(|i| p[i] + (q[i] - p[i]) * (along / length).min(1.0));
+        for k in 0..(length / 21.0).ceil() as usize {
+            let ([x, y], [u, v]) = (at(21.0 * k as f64), at(21.0 * k as f64 + 14.0));
+            strokes += &format!("M{x} {y}L{u} {v}");
+        }
+    }
+    let read = svg(&format!(r#"<path d="{strokes}" stroke="black" stroke-width="4"/>"#));
     let gaps = codes(read.as_ref().unwrap()).iter().filter(|&&code| code == WarningCode::ClosedGap).count();
     assert!((1..=12).contains(&gaps), "{gaps} gaps");
     assert!(is_whole(read));
@@ -486,6 +494,48 @@ fn moved(scale: f64, by: [f64; 2], content: &str) -> String {
 
 fn drawn_in_lines() -> String {
     format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="4"/>"#)
+}
+
+#[test]
+fn a_line_of_dashes_is_a_line() {
+    for dashes in ["8 10", "2 7", "20 12"] {
+        let style = format!("fill: none; stroke: black; stroke-width: 2; stroke-dasharray: {dashes}");
+        let read = svg(&format!(r#"<polygon points="{PERSON}" style="{style}"/>"#));
+        assert_eq!(codes(read.as_ref().unwrap()), []);
+        assert!(is_whole(read), "{dashes}");
+    }
+}
+
+#[test]
+fn a_drawing_in_lines_that_goes_on_over_the_canvas_ends_there() {
+    let document = |content: &str| {
+        let text = format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 250">{content}</svg>"#);
+        from_svg(text.as_bytes(), Choice { vertices: 300, figure: 0 }, &Config::default())
+    };
+    let bust = area(document(&format!(r#"<polygon points="{PERSON}"/>"#)));
+    let read = document(&drawn_in_lines());
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::CutByBorder));
+    let ratio = area(read) / bust;
+    assert!((0.97..1.03).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_line_that_runs_along_a_rule_stays() {
+    let rule = |k: usize| format!(r##"<path d="M0 {0}H400" stroke="#9bd" stroke-width="1.5"/>"##, 18 + 32 * k);
+    let rules: String = (0..15).map(rule).collect();
+    let margin = r##"<path d="M30 0V500" stroke="#e88" stroke-width="1.5"/>"##;
+    assert!(is_whole(svg(&format!("{rules}{margin}{}", drawn_in_lines()))));
+}
+
+#[test]
+fn a_gap_far_from_the_legs_does_not_close_what_is_between_them() {
+    // The legs are 10 apart at the feet, the line is open by 10 on the back.
+    let line = "M195 60H120L60 200V450H190V430H170V250H230V430H200V450H340V200L280 60H205";
+    let read = svg(&format!(r#"<path d="{line}" fill="none" stroke="black" stroke-width="3"/>"#)).unwrap();
+    assert_eq!(codes(&read), [WarningCode::ClosedGap]);
+    let drawn = 280.0 * 390.0 - 60.0 * 140.0 - 60.0 * 180.0 - 10.0 * 20.0;
+    let ratio = read.sketch.mesh().area() / drawn;
+    assert!((0.97..1.03).contains(&ratio), "{ratio}");
 }
 
 #[test]

@@ -61,6 +61,9 @@ fn tree(document: &Document) -> Result<usvg::Tree, Refusal> {
     drawn.map_err(|error| Refusal::plain(format!("the SVG cannot be read: {error}")))
 }
 
+/// Lines of dashes are lines: who draws so does not mean as many spots.
+const SOLID: &str = "* { stroke-dasharray: none !important }";
+
 /// Options that let nothing in but the document.
 fn options() -> usvg::Options<'static> {
     usvg::Options {
@@ -68,6 +71,7 @@ fn options() -> usvg::Options<'static> {
             resolve_data: Box::new(|_, _, _| None),
             resolve_string: Box::new(|_, _| None),
         },
+        style_sheet: Some(SOLID.to_owned()),
         ..usvg::Options::default()
     }
 }

@@ -8,6 +8,7 @@ use usvg::{Group, Node, Paint, Tree};
 
 use super::hairlines;
 use super::view::View;
+use crate::raster::PixelBox;
 use crate::sketch::reading::canvas::{Canvas, LONGEST_SIDE};
 use crate::sketch::refusal::Refusal;
 
@@ -20,6 +21,9 @@ const OF_FILTER: f64 = 100.0;
 
 /// Room round what is drawn, in parts of its size.
 const ROOM: f64 = 0.04;
+
+/// What goes on over a side of the document's canvas does so by this part of its size: the ends of lines go less far.
+const CUT: f64 = 0.02;
 
 /// Pixels along the longer side of the small canvas on which it is seen where anything is painted: shapes that are clipped,
 /// masked or transparent are smaller than their boxes, or nowhere.
@@ -43,9 +47,21 @@ pub(super) fn canvas(tree: &Tree, view: &View) -> Result<Canvas, Refusal> {
         width,
         height,
         pixels: plain.map(|p| [p.red(), p.green(), p.blue(), p.alpha()]).collect(),
+        own: PixelBox { low: [0; 2], high: [width, height] },
+        cut: cut(tree),
         origin,
         pixel: [(end[0] - origin[0]) / width as f64, (end[1] - origin[1]) / height as f64],
     })
+}
+
+/// The sides of the document's canvas over which its shapes go on.
+fn cut(tree: &Tree) -> [[bool; 2]; 2] {
+    let (drawn, size) = (tree.root().abs_layer_bounding_box(), tree.size());
+    let beyond = CUT as f32 * size.width().max(size.height());
+    [
+        [drawn.left() < -beyond, drawn.right() > size.width() + beyond],
+        [drawn.top() < -beyond, drawn.bottom() > size.height() + beyond],
+    ]
 }
 
 /// A part of a document's canvas.
