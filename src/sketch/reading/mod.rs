@@ -55,6 +55,12 @@ const BORDER_ROOM: f64 = 0.02;
 /// A figure of fewer pixels has no shape to speak of.
 const SMALLEST_FIGURE: usize = 100;
 
+/// Pieces of one drawing: so many, the largest smaller than this part of the box about all of them, and line that encloses
+/// nothing to this share.
+const SCRAP_FIGURES: usize = 5;
+const SCRAP: f64 = 0.04;
+const SCRAP_LINE: f64 = 0.5;
+
 /// A line that was open: where, and how far, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Gap {
@@ -122,6 +128,9 @@ impl Reading {
             let detail = format!("the largest figure has {largest} pixels; at least {SMALLEST_FIGURE} are needed");
             return Err(Refusal::plain(detail));
         }
+        if is_scraps(&figures, &body.limbs) {
+            return Err(Refusal::plain(SCRAPS));
+        }
         Ok(Reading {
             figures,
             ink: ink.all.or(&ink.aside),
@@ -172,6 +181,21 @@ const BLANK: &str = "nothing is drawn here: all of it has about one colour";
 
 const SCENE: &str = "this looks like a scene, not like a figure on a ground: what is drawn runs over the border nearly all \
                      round; cut the figure out, or draw its outline";
+
+const SCRAPS: &str = "what is drawn falls into pieces, none of which is a figure: the line is too faint or has too many gaps; \
+                      draw it darker, or photograph it with more light";
+
+/// Whether the figures are but pieces of one that was drawn in a faint line: many, each small beside all of them together, and
+/// the largest a line that encloses nothing.
+fn is_scraps(figures: &[Figure], limbs: &Bitmap) -> bool {
+    let [largest, ..] = figures else { return false };
+    let all = figures.iter().fold(largest.area.clone(), |all, figure| all.or(&figure.area));
+    let extent = PixelBox::of(&all).map_or(0, |bounds| bounds.width() * bounds.height()) as f64;
+    let area = largest.area.area() as f64;
+    figures.len() >= SCRAP_FIGURES
+        && area < SCRAP * extent
+        && largest.area.and(limbs).area() as f64 >= SCRAP_LINE * area
+}
 
 fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {
     let [x, y] = notes::upload_point(canvas, place);

@@ -497,6 +497,14 @@ fn drawn_in_lines() -> String {
 }
 
 #[test]
+fn pieces_of_a_line_are_no_figure() {
+    let pieces = "M320 250q15-12 30 0t30 0M264 406q15 12 30 0t30 0M137 445q15-12 30 0t30 0M35 337q15 12 30 0t30 0M35 163q15-12 30 \
+                  0t30 0M137 55q15 12 30 0t30 0M264 94q15-12 30 0t30 0";
+    let refusal = svg(&format!(r#"<path d="{pieces}" fill="none" stroke="black" stroke-width="3"/>"#)).unwrap_err();
+    assert!(refusal.to_string().contains("falls into pieces"), "{refusal}");
+}
+
+#[test]
 fn a_line_of_dashes_is_a_line() {
     for dashes in ["8 10", "2 7", "20 12"] {
         let style = format!("fill: none; stroke: black; stroke-width: 2; stroke-dasharray: {dashes}");
