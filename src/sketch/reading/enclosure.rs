@@ -102,6 +102,9 @@ struct Pocket {
 struct Lines<'a> {
     ink: &'a Bitmap,
     size: f64,
+    /// The ink with all that it goes round, and what lies outside of that, with its rim.
+    whole: Bitmap,
+    outside: Bitmap,
     /// Ink that is thin.
     thin: Bitmap,
     /// How wide it is, in pixels.
@@ -157,27 +160,28 @@ fn outlining_pen(area: &Bitmap, dark: &Bitmap, size: f64) -> Option<f64> {
 
 impl<'a> Lines<'a> {
     fn of(ink: &'a Bitmap, size: f64) -> Lines<'a> {
+        let whole = filled(ink);
+        let outside = dilated(&whole.complement(), 2.0);
         let width = mean_width(ink);
         if width <= WIDEST_LINE * size && is_even(ink) {
-            return Lines { ink, size, thin: ink.clone(), pen: width };
+            return Lines { ink, size, whole, outside, thin: ink.clone(), pen: width };
         }
         let solid = dilated(&opened(ink, 0.5 * WIDEST_PEN * size), 1.5);
         let thin = ink.without(&solid);
-        Lines { pen: mean_width(&thin), ink, size, thin }
+        Lines { pen: mean_width(&thin), ink, size, whole, outside, thin }
     }
 
     /// The ink with what it encloses, and its true holes.
     fn with_insides(&self) -> (Bitmap, Bitmap) {
-        let whole = filled(self.ink);
+        let whole = &self.whole;
         let least = SMALL_HOLE * whole.area() as f64;
-        let outside = self.outside();
         let mut true_holes = Bitmap::new(whole.width(), whole.height());
         for hole in parts(&whole.without(self.ink), least as usize) {
             let share = hole.area() as f64 / whole.area() as f64;
             let is_eye = is_round(&hole) && share <= ROUND_HOLE;
             if !is_eye
                 && (share <= LARGEST_HOLE && self.is_in_solid(&hole)
-                    || share <= LIMB_HOLE && self.is_behind_limb(&hole, &outside))
+                    || share <= LIMB_HOLE && self.is_behind_limb(&hole))
             {
                 true_holes = true_holes.or(&hole);
             }
@@ -190,18 +194,13 @@ impl<'a> Lines<'a> {
         rim.without(&self.thin).area() as f64 >= SOLID_RIM * rim.area() as f64
     }
 
-    /// What lies outside of all ink, and its rim.
-    fn outside(&self) -> Bitmap {
-        dilated(&filled(self.ink).complement(), 2.0)
-    }
-
     /// Whether what is thin between a hole or a bay and what is outside is no line of a pen.
-    fn is_behind_limb(&self, hole: &Bitmap, outside: &Bitmap) -> bool {
+    fn is_behind_limb(&self, hole: &Bitmap) -> bool {
         if self.thin.area() as f64 > FILLED * self.ink.area() as f64 {
             return false;
         }
         let between = parts(&self.thin.and(&dilated(hole, WIDEST_PEN * self.size)), 1);
-        let limbs = between.iter().filter(|part| part.and(outside).area() > 0);
+        let limbs = between.iter().filter(|part| part.and(&self.outside).area() > 0);
         !is_even(&limbs.fold(Bitmap::new(hole.width(), hole.height()), |all, limb| all.or(limb)))
     }
 
@@ -266,10 +265,10 @@ impl<'a> Lines<'a> {
     fn is_beside(&self, pocket: &Bitmap, area: &Bitmap) -> bool {
         let line = dilated(pocket, 2.0).and(&self.thin);
         let thick = parts(&self.thick(area), 1);
-        let mut beside =
-            thick.iter().map(|piece| dilated(piece, self.pen + 1.0)).filter(|near| near.and(&line).area() > 0);
-        let (only, other) = (beside.next(), beside.next());
-        only.is_some_and(|near| line.without(&near).area() as f64 <= NEEDLESS * line.area() as f64) && other.is_none()
+        let near = dilated(&line, self.pen + 1.0);
+        let beside: Vec<&Bitmap> = thick.iter().filter(|piece| piece.and(&near).area() > 0).collect();
+        let [only] = beside[..] else { return false };
+        line.without(&dilated(only, self.pen + 1.0)).area() as f64 <= NEEDLESS * line.area() as f64
     }
 
     /// What of an area is thicker than a line.
@@ -302,13 +301,12 @@ impl<'a> Lines<'a> {
     /// areas into which a disc of radius `room` goes, and their gaps.
     fn pockets(&self, area: &Bitmap, loose: &Bitmap, radius: f64, room: f64) -> Vec<Pocket> {
         let sealed = eroded(&filled(&dilated(area, radius)), radius).or(area);
-        let outside = self.outside();
-        let most_behind_limbs = LARGEST_HOLE * filled(self.ink).area() as f64;
+        let largest_bay = LARGEST_HOLE * self.whole.area() as f64;
         let near_loose = dilated(loose, 2.0);
         let least = (self.pen * self.pen).max(4.0) as usize;
         let mut pockets = Vec::new();
         for pocket in parts(&sealed.without(area), least) {
-            let is_bay = pocket.area() as f64 <= most_behind_limbs && self.is_behind_limb(&pocket, &outside);
+            let is_bay = pocket.area() as f64 <= largest_bay && self.is_behind_limb(&pocket);
             if is_bay || eroded(&pocket, room).area() == 0 {
                 continue;
             }

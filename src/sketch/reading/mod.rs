@@ -189,12 +189,13 @@ const SCRAPS: &str = "what is drawn falls into pieces, none of which is a figure
 /// the largest a line that encloses nothing.
 fn is_scraps(figures: &[Figure], limbs: &Bitmap) -> bool {
     let [largest, ..] = figures else { return false };
+    if figures.len() < SCRAP_FIGURES {
+        return false;
+    }
     let all = figures.iter().fold(largest.area.clone(), |all, figure| all.or(&figure.area));
     let extent = PixelBox::of(&all).map_or(0, |bounds| bounds.width() * bounds.height()) as f64;
     let area = largest.area.area() as f64;
-    figures.len() >= SCRAP_FIGURES
-        && area < SCRAP * extent
-        && largest.area.and(limbs).area() as f64 >= SCRAP_LINE * area
+    area < SCRAP * extent && largest.area.and(limbs).area() as f64 >= SCRAP_LINE * area
 }
 
 fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {

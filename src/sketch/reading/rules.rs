@@ -30,15 +30,13 @@ pub(super) fn without_rules(ink: &Bitmap, contrast: &[u8], sheet: &Sheet) -> Bit
         }
         let ends = [first, last].map(|at| crossed(ink, at, across, bounds));
         for line in ends[0].iter().flat_map(|&from| ends[1].iter().map(move |&to| (from, to))) {
-            let line = Line { ink, across, first, last, from: line.0, to: line.1 };
+            let line = Line { ink, contrast, across, first, last, from: line.0, to: line.1 };
             let thin: Vec<usize> = (bounds.low[axis]..bounds.high[axis]).filter(|&at| line.is_thin(at)).collect();
             let there = (first..=last).filter(|&at| line.is_there(at)).count() as f64;
             let length = (last + 1 - first) as f64;
             if there >= WHOLE_RULE * length && thin.len() as f64 >= THIN_RULE * length {
-                let most = STRONGER * f64::from(line.contrast(&thin, contrast));
-                thin.into_iter().for_each(|at| {
-                    line.clear(&mut kept, at, |[x, y]| f64::from(contrast[y * ink.width() + x]) <= most)
-                });
+                let most = STRONGER * f64::from(line.median_contrast(&thin));
+                thin.into_iter().for_each(|at| line.clear(&mut kept, at, most));
             }
         }
     }
@@ -48,6 +46,7 @@ pub(super) fn without_rules(ink: &Bitmap, contrast: &[u8], sheet: &Sheet) -> Bit
 /// A straight line that may be a rule, from one side of the sheet to the other.
 struct Line<'a> {
     ink: &'a Bitmap,
+    contrast: &'a [u8],
     /// Whether it runs from left to right; from top to bottom otherwise.
     across: bool,
     /// Where along the way its ends were looked for, and how far across the way they are.
@@ -88,17 +87,21 @@ impl Line<'_> {
         places.map(move |side| if across { [at, side] } else { [side, at] })
     }
 
-    /// The contrast that half of its places have at most.
-    fn contrast(&self, places: &[usize], contrast: &[u8]) -> u8 {
-        let strongest = |&at: &usize| self.pixels(at).map(|[x, y]| contrast[y * self.ink.width() + x]).max();
+    fn contrast_of(&self, [x, y]: [usize; 2]) -> u8 {
+        self.contrast[y * self.ink.width() + x]
+    }
+
+    /// The contrast that half of these places have at most.
+    fn median_contrast(&self, places: &[usize]) -> u8 {
+        let strongest = |&at: &usize| self.pixels(at).map(|pixel| self.contrast_of(pixel)).max();
         let mut all: Vec<u8> = places.iter().filter_map(strongest).collect();
         all.sort_unstable();
         all.get(all.len() / 2).copied().unwrap_or(0)
     }
 
-    /// Clears what is drawn there and `is_own`.
-    fn clear(&self, kept: &mut Bitmap, at: usize, is_own: impl Fn([usize; 2]) -> bool) {
-        let own = self.pixels(at).filter(|&pixel| is_own(pixel));
+    /// Clears what is drawn there with no more than so much contrast.
+    fn clear(&self, kept: &mut Bitmap, at: usize, most: f64) {
+        let own = self.pixels(at).filter(|&pixel| f64::from(self.contrast_of(pixel)) <= most);
         own.for_each(|[x, y]| kept.fill(y, x, x + 1, false));
     }
 }
