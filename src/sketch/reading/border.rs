@@ -1,4 +1,5 @@
-//! Lines that run over the border of a sheet: what they enclose goes on beyond it, and ends there.
+//! Lines that run over the border of a sheet: what they enclose goes on beyond it, and ends there. Straight ones that
+//! enclose nothing are no part of a figure.
 
 use std::ops::Range;
 
@@ -6,6 +7,8 @@ use super::Sheet;
 use super::closing::{between, closing, stretches};
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
+use crate::raster::enclosed::parts;
+use crate::raster::neighbourhood::dilated;
 
 /// A line that runs over the border is no wider there, in parts of the sheet's side.
 const WIDEST: f64 = 0.06;
@@ -15,6 +18,13 @@ const NEAR: usize = 2;
 
 /// Most lines over one side that are looked at.
 const MOST: usize = 24;
+
+/// How wide a straight line is at most that is no part of a figure, and how far its pieces lie apart, in parts of the drawing's
+/// size; and how far its pixels deviate from a straight line, in parts of its length, beside what its width makes.
+const CREASE: f64 = 0.012;
+const APART: f64 = 0.03;
+const SWERVE: f64 = 0.02;
+const PEN: f64 = 1.5;
 
 /// One of the four sides of a box of pixels.
 #[derive(Clone, Copy)]
@@ -81,6 +91,27 @@ fn closed_along(ink: Bitmap, side: Side) -> Bitmap {
     with(&closing(&with(&between), &between, |at, depth| side.pixel(at, NEAR + depth)))
 }
 
+/// Of lines in a drawing of this size those that run straight over the border: a crease of the paper, a horizon.
+pub(super) fn straight_over(lines: &Bitmap, border: &Bitmap, size: f64) -> Bitmap {
+    let whole = parts(&dilated(lines, 0.5 * APART * size), 1).into_iter().map(|whole| whole.and(lines));
+    let over = whole.filter(|line| line.and(border).area() > 0 && is_straight(line, CREASE * size));
+    over.fold(Bitmap::new(lines.width(), lines.height()), |all, line| all.or(&line))
+}
+
+/// Whether pixels lie along a straight line of at most this width.
+fn is_straight(line: &Bitmap, widest: f64) -> bool {
+    let Some(bounds) = PixelBox::of(line) else { return false };
+    let length = (bounds.width() as f64).hypot(bounds.height() as f64);
+    let pixels = || (0..line.height()).flat_map(|y| line.runs(y).flatten().map(move |x| [x as f64, y as f64]));
+    let n = line.area() as f64;
+    let mean = [0, 1].map(|axis| pixels().map(|p| p[axis]).sum::<f64>() / n);
+    let moment = |i: usize, j: usize| pixels().map(|p| (p[i] - mean[i]) * (p[j] - mean[j])).sum::<f64>() / n;
+    let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
+    // The smaller eigenvalue of the pixels' covariance.
+    let across = 0.5 * (xx + yy - ((xx - yy).powi(2) + 4.0 * xy * xy).sqrt());
+    n <= widest * length && across.max(0.0).sqrt() <= SWERVE * length + PEN
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,5 +149,19 @@ mod tests {
         let body = [[20, 10, 83, 13], [20, 10, 23, 100], [80, 10, 83, 100]];
         let arms = [[40, 50, 43, 100], [60, 50, 63, 100]];
         assert_eq!(added(&picture(&[&body[..], &arms].concat())), [[23, 40], [43, 60], [63, 80]]);
+    }
+
+    #[test]
+    fn a_straight_line_over_the_border_is_told_from_a_tail() {
+        let border = Sheet::whole(100, 100).border(3.0);
+        let kept = |line: &Bitmap| line.without(&straight_over(line, &border, 100.0)).area();
+        let horizon = picture(&[[0, 50, 40, 51], [42, 50, 80, 51]]);
+        assert_eq!(kept(&horizon), 0);
+        let within = picture(&[[10, 50, 80, 51]]);
+        assert_eq!(kept(&within), within.area());
+        let tail = picture(&[[40, 50, 100, 51], [40, 50, 41, 90]]);
+        assert_eq!(kept(&tail), tail.area());
+        let leg = picture(&[[40, 50, 46, 100]]);
+        assert_eq!(kept(&leg), leg.area());
     }
 }

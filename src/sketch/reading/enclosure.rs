@@ -1,6 +1,7 @@
 //! What lines enclose.
 
 use super::Gap;
+use super::border::straight_over;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::enclosed::{filled, parts};
@@ -25,6 +26,14 @@ const LARGEST_HOLE: f64 = 0.3;
 /// a hole is no larger part of the figure than [`LIMB_HOLE`].
 const FILLED: f64 = 0.25;
 const LIMB_HOLE: f64 = 0.1;
+
+/// Lines are darker than the fills where no more than this share of the fills is as dark; and what is thin beside a hole is
+/// such a line where this share of it is.
+const DARK_FILLS: f64 = 0.6;
+const DARK_LINE: f64 = 0.5;
+
+/// A limb between two such lines is more than this many times as wide as they are.
+const LIMB_WIDTH: f64 = 3.0;
 
 /// Holes of a smaller part of the figure than this are eyes and the like.
 const SMALL_HOLE: f64 = 0.005;
@@ -105,19 +114,20 @@ struct Lines<'a> {
     /// The ink with all that it goes round, and what lies outside of that, with its rim.
     whole: Bitmap,
     outside: Bitmap,
-    /// Ink that is thin.
+    /// Ink that is thin, and lines that are darker than the fills.
     thin: Bitmap,
+    outlines: Bitmap,
     /// How wide it is, in pixels.
     pen: f64,
 }
 
 /// What the ink shows; it is framed by as many empty pixels as the widest gap takes. `dark` is the part of it that is a
-/// pen's, where fills are lighter.
+/// pen's, where fills are lighter; `border` is that of the sheet.
 ///
 /// # Errors
 /// The gap through which a line that should enclose the figure is open.
-pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> {
-    let lines = Lines::of(ink, size);
+pub(super) fn body(ink: &Bitmap, dark: &Bitmap, border: &Bitmap, size: f64) -> Result<Body, Gap> {
+    let lines = Lines::of(ink, dark, size);
     let (mut area, holes) = lines.with_insides();
     let mut pockets = lines.close_gaps(&mut area, &holes);
     if let Some(gap) = lines.wide_gap(&area, &holes) {
@@ -129,7 +139,13 @@ pub(super) fn body(ink: &Bitmap, dark: &Bitmap, size: f64) -> Result<Body, Gap> 
         let (loose, radius, room) = (lines.loose(&area), 0.5 * NARROW_GAP * size, 0.25 * lines.pen);
         pockets.extend(lines.close(&mut area, &holes, &loose, radius, room));
         lines.keep_needed(&mut area, &mut pockets);
-        limbs = dilated(&lines.loose(&area), (0.5 * (LIMB * size - lines.pen)).max(0.0));
+        let mut loose = lines.loose(&area);
+        if loose.area() as f64 <= STICKS * ink.area() as f64 {
+            let over = straight_over(&loose, border, size);
+            area = area.without(&dilated(&over, 1.0));
+            loose = loose.without(&over);
+        }
+        limbs = dilated(&loose, (0.5 * (LIMB * size - lines.pen)).max(0.0));
         // What is filled in the corners of limbs is no gap.
         let corners = dilated(&limbs, lines.pen);
         pockets.retain(|Pocket { gap, .. }| !corners.get(gap.place[0] as usize, gap.place[1] as usize));
@@ -159,16 +175,20 @@ fn outlining_pen(area: &Bitmap, dark: &Bitmap, size: f64) -> Option<f64> {
 }
 
 impl<'a> Lines<'a> {
-    fn of(ink: &'a Bitmap, size: f64) -> Lines<'a> {
+    fn of(ink: &'a Bitmap, dark: &Bitmap, size: f64) -> Lines<'a> {
         let whole = filled(ink);
         let outside = dilated(&whole.complement(), 2.0);
         let width = mean_width(ink);
         if width <= WIDEST_LINE * size && is_even(ink) {
-            return Lines { ink, size, whole, outside, thin: ink.clone(), pen: width };
+            let outlines = Bitmap::new(ink.width(), ink.height());
+            return Lines { ink, size, whole, outside, thin: ink.clone(), outlines, pen: width };
         }
         let solid = dilated(&opened(ink, 0.5 * WIDEST_PEN * size), 1.5);
         let thin = ink.without(&solid);
-        Lines { pen: mean_width(&thin), ink, size, whole, outside, thin }
+        let fills = ink.and(&solid);
+        let are_darker = fills.and(dark).area() as f64 <= DARK_FILLS * fills.area() as f64;
+        let outlines = if are_darker { thin.and(dark) } else { Bitmap::new(ink.width(), ink.height()) };
+        Lines { pen: mean_width(&thin), ink, size, whole, outside, thin, outlines }
     }
 
     /// The ink with what it encloses, and its true holes.
@@ -181,7 +201,7 @@ impl<'a> Lines<'a> {
             let is_eye = is_round(&hole) && share <= ROUND_HOLE;
             if !is_eye
                 && (share <= LARGEST_HOLE && self.is_in_solid(&hole)
-                    || share <= LIMB_HOLE && self.is_behind_limb(&hole))
+                    || share <= LIMB_HOLE && self.is_behind_limb(&hole) && !self.is_outlined(&hole))
             {
                 true_holes = true_holes.or(&hole);
             }
@@ -199,9 +219,21 @@ impl<'a> Lines<'a> {
         if self.thin.area() as f64 > FILLED * self.ink.area() as f64 {
             return false;
         }
+        !is_even(&self.limbs_beside(hole))
+    }
+
+    /// Whether what is thin between a hole and what is outside is a line that is darker than the fills, and no limb between two.
+    fn is_outlined(&self, hole: &Bitmap) -> bool {
+        let limbs = self.limbs_beside(hole);
+        let lines = limbs.and(&self.outlines);
+        lines.area() as f64 >= DARK_LINE * limbs.area() as f64 && mean_width(&limbs) <= LIMB_WIDTH * mean_width(&lines)
+    }
+
+    /// What is thin between a hole or a bay and what is outside.
+    fn limbs_beside(&self, hole: &Bitmap) -> Bitmap {
         let between = parts(&self.thin.and(&dilated(hole, WIDEST_PEN * self.size)), 1);
         let limbs = between.iter().filter(|part| part.and(&self.outside).area() > 0);
-        !is_even(&limbs.fold(Bitmap::new(hole.width(), hole.height()), |all, limb| all.or(limb)))
+        limbs.fold(Bitmap::new(hole.width(), hole.height()), |all, limb| all.or(limb))
     }
 
     /// Thin ink that is not beside an area thicker than a line.

@@ -22,6 +22,9 @@ const OFF_EDGE: f32 = 1.25;
 /// The paper's own lines are as much darker than it in a shadow as elsewhere, down to this brightness of it, in 255ths.
 const DARKEST: u8 = 100;
 
+/// A ground of at least this brightness may be a white paper in little light; a darker one is dark itself.
+const DIM: u8 = 80;
+
 /// The widest line beyond which a ground may go on, with its soft edges, in pixels; how often at least and in which share
 /// of the places the colours on both sides of it are equal where it does; and half the width of what is steady in its middle.
 const LINE: usize = 9;
@@ -31,6 +34,9 @@ const CREST: f64 = 1.5;
 
 /// The share of a ground of one colour that may be lighter, and that may be darker: what is written in the bar of a window.
 const OTHERS: f64 = 0.02;
+
+/// One in so many of the ground's pixels may differ more from it than its grain.
+const GRAIN: usize = 50;
 
 /// How far from a corner of the sheet its ground is looked for, in parts of the sheet's side.
 const CORNER: f64 = 0.02;
@@ -51,6 +57,8 @@ pub(super) struct Ground {
     pub shade: Vec<u8>,
     /// What equal pixels differ by, in 255ths.
     pub noise: u8,
+    /// The contrast that hardly any of the ground's own pixels exceeds, in 255ths.
+    pub grain: u8,
 }
 
 impl Ground {
@@ -82,18 +90,20 @@ impl Ground {
                     let around = blocks.colour(x, y);
                     let grounds = plain.iter().copied().chain([around]);
                     let ground = grounds.min_by_key(|&ground| apart(colour, ground)).unwrap_or(around);
-                    let light = if lined { lightness(ground).max(DARKEST) } else { 255 };
+                    let light = lightness(ground);
+                    let light = if lined || light >= DIM { light.max(DARKEST) } else { 255 };
                     let lit = |value: u8| (u32::from(value) * 255 / u32::from(light)).min(255) as u8;
                     contrast[y * width + x] = lit(apart(colour, ground));
                     shade[y * width + x] = lit(lightness(colour).abs_diff(lightness(ground)));
                 }
             }
         }
+        let grain = exceeded(&contrast, &seen, GRAIN);
         if plain.len() > 1 {
             let alike = alike(&steady, &contrast);
             seen = seen.or(&edges(colours, &seen.or(&alike)));
         }
-        Ground { seen, pieces, contrast, shade, noise }
+        Ground { seen, pieces, contrast, shade, noise, grain }
     }
 }
 
@@ -177,6 +187,20 @@ fn edges(colours: &[[u8; 3]], seen: &Bitmap) -> Bitmap {
 /// The largest difference of two colours in a channel.
 pub(super) fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
     a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
+}
+
+/// The value that one in `share` pixels of an area exceeds.
+pub(super) fn exceeded(values: &[u8], area: &Bitmap, share: usize) -> u8 {
+    let mut counts = [0usize; 256];
+    for y in 0..area.height() {
+        area.runs(y).flatten().for_each(|x| counts[usize::from(values[y * area.width() + x])] += 1);
+    }
+    let (mut passed, few) = (0, area.area() / share);
+    let exceeded = (0..=u8::MAX).rev().find(|&value| {
+        passed += counts[usize::from(value)];
+        passed > few
+    });
+    exceeded.unwrap_or(0)
 }
 
 /// The median difference of pixels beside each other.

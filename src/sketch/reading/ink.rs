@@ -2,8 +2,9 @@
 
 use super::Sheet;
 use super::border;
+use super::faint;
 use super::floor::floor;
-use super::ground::Ground;
+use super::ground::{Ground, exceeded};
 use super::rules::without_rules;
 use super::shadow::shadow;
 use crate::raster::bitmap::Bitmap;
@@ -13,8 +14,12 @@ use crate::raster::pieces::{Pieces, without_specks};
 /// Least difference from the ground that is seen, in 255ths: a light skin on white paper differs by 30.
 const LEAST_CONTRAST: u8 = 18;
 
-/// And in multiples of what equal pixels differ by.
+/// And in multiples of what equal pixels differ by, or of the ground's own grain where that is less.
 const NOISES: u8 = 6;
+const GRAINS: u8 = 3;
+
+/// Where it continues what is surely drawn, a line is seen from this contrast on, in 255ths.
+const FAINTEST_STRETCH: u8 = 6;
 
 /// The widest edge, in pixels: that of a small picture made larger; and the least rise of its contrast a pixel, in 255ths.
 const SOFTEST_EDGE: usize = 8;
@@ -80,7 +85,8 @@ impl Ink {
 
 pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let border = sheet.border(1.0);
-    let faintest = LEAST_CONTRAST.max(ground.noise.saturating_mul(NOISES));
+    let noise = ground.noise.saturating_mul(NOISES).min(ground.grain.saturating_mul(GRAINS));
+    let faintest = LEAST_CONTRAST.max(noise);
     let mut least = faintest;
     let mut ink = above(ground, sheet, least);
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
@@ -91,10 +97,14 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
         ink = above(ground, sheet, least);
     }
     let patterned = least > faintest;
-    let seen = ink;
-    let ink = without_rules(&seen, &ground.contrast, sheet);
-    let rules = seen.without(&ink);
-    let strong = exceeded(&ground.contrast, &ink, 4);
+    // What was not photographed has no pixels that are fainter by chance.
+    let is_uneven = ground.noise > 0 && !patterned;
+    let stretches = if is_uneven { stretches(ground, &ink) } else { Bitmap::new(ink.width(), ink.height()) };
+    let seen = ink.or(&stretches);
+    let kept = without_rules(&seen, ground, sheet);
+    let rules = seen.without(&kept);
+    let ink = faint::continued(&ink.and(&kept), &stretches.and(&kept));
+    let strong = f64::from(exceeded(&ground.contrast, &ink, 4));
     let all = without_dust(&without_seams(ground, ink, strong));
     if all.area() == 0 {
         return Drawn::Nothing;
@@ -106,25 +116,17 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     if is_scene { Drawn::Scene(ink) } else { Drawn::Ink(ink) }
 }
 
-/// The value that one in `share` pixels of the ink exceeds.
-fn exceeded(values: &[u8], ink: &Bitmap, share: usize) -> f64 {
-    let mut counts = [0usize; 256];
-    for y in 0..ink.height() {
-        ink.runs(y).flatten().for_each(|x| counts[usize::from(values[y * ink.width() + x])] += 1);
-    }
-    let (mut passed, few) = (0, ink.area() / share);
-    let exceeded = (0..256).rev().find(|&value| {
-        passed += counts[value];
-        passed > few
-    });
-    exceeded.unwrap_or(0) as f64
+/// The stretches of lines that are fainter than the ink, but neither as faint as seams nor as the ground's grain.
+fn stretches(ground: &Ground, ink: &Bitmap) -> Bitmap {
+    let strong = f64::from(exceeded(&ground.contrast, ink, 4));
+    faint::stretches(ground, ink, ((FAINTEST_LINE * strong) as u8).max(ground.grain).max(FAINTEST_STRETCH))
 }
 
 /// The ink that differs from the ground in brightness by more than half of what most of it does.
 fn dark(ground: &Ground, ink: &Bitmap) -> Bitmap {
     let width = ink.width();
     let pixels = || (0..ink.height()).flat_map(|y| ink.runs(y).flatten().map(move |x| (x, y)));
-    let least = DARK * exceeded(&ground.shade, ink, 20);
+    let least = DARK * f64::from(exceeded(&ground.shade, ink, 20));
     let mut dark = Bitmap::new(width, ink.height());
     pixels().filter(|&(x, y)| f64::from(ground.shade[y * width + x]) >= least).for_each(|(x, y)| dark.set(x, y));
     dark

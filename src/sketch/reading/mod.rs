@@ -8,6 +8,7 @@ mod border;
 pub(crate) mod canvas;
 mod closing;
 mod enclosure;
+mod faint;
 mod figures;
 mod floor;
 mod ground;
@@ -51,6 +52,9 @@ const SPOT: f64 = 0.02;
 
 /// How far within the border it is seen whether a figure ends there or runs over it, in parts of the canvas's side.
 const BORDER_ROOM: f64 = 0.02;
+
+/// How near to the border a line runs over it, in pixels.
+const ON_BORDER: f64 = 3.0;
 
 /// A figure of fewer pixels has no shape to speak of.
 const SMALLEST_FIGURE: usize = 100;
@@ -121,7 +125,7 @@ impl Reading {
         let patterned = ink.patterned.then(|| PixelBox::of(&sheet.area)).flatten();
         let ink =
             Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME), ..ink };
-        let (body, size) = body(&ink).map_err(|gap| stays_open(canvas, gap))?;
+        let (body, size) = body(&ink, &dilated(&border, ON_BORDER)).map_err(|gap| stays_open(canvas, gap))?;
         let figures = figures::figures(&body, size);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
         if largest < SMALLEST_FIGURE {
@@ -217,8 +221,9 @@ fn drawn_on(colours: &[[u8; 3]], sheet: &Sheet) -> (Drawn, Vec<Bitmap>) {
     }
 }
 
-/// What the ink shows, each drawing that lies apart looked at by itself, and the size of the largest, in pixels.
-fn body(ink: &Ink) -> Result<(Body, f64), Gap> {
+/// What the ink shows on a sheet with this border, each drawing that lies apart looked at by itself, and the size of the
+/// largest, in pixels.
+fn body(ink: &Ink, border: &Bitmap) -> Result<(Body, f64), Gap> {
     let side = |area: &Bitmap| PixelBox::of(area).map_or(0, PixelBox::side) as f64;
     let nothing = Bitmap::new(ink.all.width(), ink.all.height());
     let mut whole = Body { area: nothing.clone(), gaps: Vec::new(), limbs: nothing, rim: 0.0 };
@@ -231,7 +236,7 @@ fn body(ink: &Ink) -> Result<(Body, f64), Gap> {
             continue;
         }
         size = size.max(side(&own));
-        let body = enclosure::body(&own, &ink.dark.and(&own), side(&own))?;
+        let body = enclosure::body(&own, &ink.dark.and(&own), border, side(&own))?;
         whole.area = whole.area.or(&body.area);
         whole.limbs = whole.limbs.or(&body.limbs);
         whole.gaps.extend(body.gaps);

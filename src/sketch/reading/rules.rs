@@ -1,16 +1,27 @@
 //! The paper's own lines: straight thin ones from border to border, which are rules, a margin, a horizon.
 
 use super::Sheet;
+use super::ground::Ground;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 
-/// The widest line that is the paper's own, in pixels; how far from the border its ends are looked for; the share of its
-/// length that is there, and that along which nothing else is; and how many ends are looked at along a side.
+/// The widest line that is the paper's own, in pixels; how far from the border its ends are looked for; and how many ends are
+/// looked at along a side.
 const RULE: usize = 5;
 const RULE_END: usize = 4;
-const WHOLE_RULE: f64 = 0.97;
-const THIN_RULE: f64 = 0.6;
 const MOST_RULES: usize = 24;
+
+/// How straight and whole such a line is.
+struct Kind {
+    /// How far it swerves, in pixels.
+    swerve: usize,
+    /// The share of its length that is there, and that along which nothing else is.
+    whole: f64,
+    thin: f64,
+}
+
+const PRINTED: Kind = Kind { swerve: 1, whole: 0.97, thin: 0.6 };
+const CREASE: Kind = Kind { swerve: 2, whole: 0.9, thin: 0.55 };
 
 /// What has more than this many times the contrast of most of a rule is drawn over it.
 const STRONGER: f64 = 1.5;
@@ -18,9 +29,11 @@ const STRONGER: f64 = 1.5;
 /// How far from the sides of the sheet rules begin, in parts of its size.
 const OFF_FRAME: f64 = 0.03;
 
-/// The ink without the paper's own lines; `contrast` is that of every pixel with the ground.
-pub(super) fn without_rules(ink: &Bitmap, contrast: &[u8], sheet: &Sheet) -> Bitmap {
-    let bounds = sheet.sides;
+/// The ink without the paper's own lines.
+pub(super) fn without_rules(ink: &Bitmap, ground: &Ground, sheet: &Sheet) -> Bitmap {
+    let (bounds, contrast) = (sheet.sides, &ground.contrast[..]);
+    // A paper that was photographed has creases, too.
+    let kind = if ground.noise > 0 { CREASE } else { PRINTED };
     let mut kept = ink.clone();
     for across in [false, true] {
         let axis = usize::from(!across);
@@ -30,11 +43,11 @@ pub(super) fn without_rules(ink: &Bitmap, contrast: &[u8], sheet: &Sheet) -> Bit
         }
         let ends = [first, last].map(|at| crossed(ink, at, across, bounds));
         for line in ends[0].iter().flat_map(|&from| ends[1].iter().map(move |&to| (from, to))) {
-            let line = Line { ink, contrast, across, first, last, from: line.0, to: line.1 };
+            let line = Line { ink, contrast, across, first, last, from: line.0, to: line.1, swerve: kind.swerve };
             let thin: Vec<usize> = (bounds.low[axis]..bounds.high[axis]).filter(|&at| line.is_thin(at)).collect();
             let there = (first..=last).filter(|&at| line.is_there(at)).count() as f64;
             let length = (last + 1 - first) as f64;
-            if there >= WHOLE_RULE * length && thin.len() as f64 >= THIN_RULE * length {
+            if there >= kind.whole * length && thin.len() as f64 >= kind.thin * length {
                 let most = STRONGER * f64::from(line.median_contrast(&thin));
                 thin.into_iter().for_each(|at| line.clear(&mut kept, at, most));
             }
@@ -54,6 +67,8 @@ struct Line<'a> {
     last: usize,
     from: f64,
     to: f64,
+    /// How far it swerves, in pixels.
+    swerve: usize,
 }
 
 impl Line<'_> {
@@ -70,7 +85,7 @@ impl Line<'_> {
 
     fn is_there(&self, at: usize) -> bool {
         let side = self.side(at);
-        (side.saturating_sub(1)..=side + 1).any(|side| self.is_ink(at, side))
+        (side.saturating_sub(self.swerve)..=side + self.swerve).any(|side| self.is_ink(at, side))
     }
 
     /// Whether what is drawn there ends within a few pixels on either side.

@@ -336,6 +336,77 @@ fn rules_across_the_paper_are_no_part_of_the_figure() {
     assert!(is_whole(png(person(|_, _| [20; 3], rules))));
 }
 
+/// How far a point is from the outline of the person, and how far along it the nearest place lies, in pixels.
+fn beside_outline([x, y]: [f64; 2]) -> (f64, f64) {
+    let corners = corners();
+    let (mut nearest, mut passed) = ((f64::INFINITY, 0.0), 0.0);
+    for (p, q) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let length = (q[0] - p[0]).hypot(q[1] - p[1]);
+        let along = ((x - p[0]) * (q[0] - p[0]) + (y - p[1]) * (q[1] - p[1])) / length;
+        let t = along.clamp(0.0, length) / length;
+        let away = (x - p[0] - t * (q[0] - p[0])).hypot(y - p[1] - t * (q[1] - p[1]));
+        if away < nearest.0 {
+            nearest = (away, passed + t * length);
+        }
+        passed += length;
+    }
+    nearest
+}
+
+/// A photograph of the person drawn in a line of two pixels on a paper of some brightness and noise; how much of the light the
+/// line takes at a place of it, and what else at a place of the paper.
+fn photographed([light, noise]: [f64; 2], line: impl Fn(f64) -> f64, paper: impl Fn(u32, u32) -> f64) -> RgbImage {
+    let mut source = ChaCha8Rng::seed_from_u64(7);
+    RgbImage::from_fn(400, 500, |x, y| {
+        let (away, along) = beside_outline([f64::from(x) + 0.5, f64::from(y) + 0.5]);
+        let covered = (1.5 - away).clamp(0.0, 1.0) * line(along);
+        let noise = noise * (0..4).map(|_| source.random_range(-1.0..1.0)).sum::<f64>();
+        Rgb([(light * (1.0 - covered.max(paper(x, y))) + noise).clamp(0.0, 255.0) as u8; 3])
+    })
+}
+
+#[test]
+fn a_pencil_line_is_one_where_it_is_faint() {
+    // Twice in a hundred pixels it is so faint that single pixels of the paper are darker.
+    let pressed = |along: f64| if along.rem_euclid(50.0) < 12.0 { 0.06 } else { 0.3 };
+    assert!(is_whole(png(photographed([245.0, 5.0], pressed, |_, _| 0.0))));
+}
+
+#[test]
+fn a_drawing_photographed_in_little_light_is_read() {
+    assert!(is_whole(png(photographed([110.0, 0.7], |_| 0.16, |_, _| 0.0))));
+}
+
+#[test]
+fn a_crease_of_the_paper_is_no_part_of_the_figure() {
+    // It swerves by a pixel and a half, and ends before the lower border.
+    let swerve = |y: u32| 200.0 + 0.03 * f64::from(y) + 1.5 * (f64::from(y) / 60.0).sin();
+    let crease =
+        |end: u32| move |x: u32, y: u32| if y < end && (f64::from(x) - swerve(y)).abs() < 1.0 { 0.2 } else { 0.0 };
+    for end in [500, 490] {
+        assert!(is_whole(png(photographed([235.0, 5.0], |_| 0.6, crease(end)))), "a crease of {end} pixels");
+    }
+}
+
+#[test]
+fn a_horizon_behind_a_figure_in_lines_is_no_part_of_it() {
+    for horizon in ["M0 240H150M250 240H400", "M0 250L150 262M250 270L400 282"] {
+        let path = format!(r#"<path d="{horizon}" stroke="black" stroke-width="2"/>"#);
+        let page = r##"<path d="M0 0H400V500H0Z" fill="#fff"/>"##;
+        assert!(is_whole(svg(&format!("{page}{}{path}", drawn_in_lines()))), "{horizon}");
+    }
+}
+
+#[test]
+fn white_parts_in_a_dark_outline_are_no_holes() {
+    // A coat with white sleeves and white boots; the colour of the fills runs a little into the line.
+    let coat = r##"<path d="M150 130h100v170h-100z" fill="#e9a23b"/><path d="M150 50h100v80h-100z" fill="#f4d2b0"/>"##;
+    let trousers = r##"<path d="M150 300H250L270 375H215L200 320L185 375H130Z" fill="#5b8fd0"/>"##;
+    let seams = r#"<path d="M150 130v50M250 130v50M130 375h55M215 375h55" stroke="black" stroke-width="5"/>"#;
+    let line = format!(r#"<polygon points="{PERSON}" fill="none" stroke="black" stroke-width="5"/>"#);
+    assert!(is_whole(svg(&format!("{coat}{trousers}{seams}{line}"))));
+}
+
 #[test]
 fn lines_of_the_paper_do_not_part_its_shadow() {
     // A soft shadow from the lower right corner.
