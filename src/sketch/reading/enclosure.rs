@@ -114,10 +114,10 @@ struct Lines<'a> {
     /// The ink with all that it goes round, and what lies outside of that, with its rim.
     whole: Bitmap,
     outside: Bitmap,
-    /// Ink that is thin, and lines that are darker than the fills.
+    /// Ink that is thin, and what of it is darker than the fills.
     thin: Bitmap,
     outlines: Bitmap,
-    /// How wide it is, in pixels.
+    /// How wide thin ink is, in pixels.
     pen: f64,
 }
 
@@ -201,7 +201,7 @@ impl<'a> Lines<'a> {
             let is_eye = is_round(&hole) && share <= ROUND_HOLE;
             if !is_eye
                 && (share <= LARGEST_HOLE && self.is_in_solid(&hole)
-                    || share <= LIMB_HOLE && self.is_behind_limb(&hole) && !self.is_outlined(&hole))
+                    || share <= LIMB_HOLE && self.limbs_before(&hole).is_some_and(|limbs| !self.is_outline(&limbs)))
             {
                 true_holes = true_holes.or(&hole);
             }
@@ -214,26 +214,21 @@ impl<'a> Lines<'a> {
         rim.without(&self.thin).area() as f64 >= SOLID_RIM * rim.area() as f64
     }
 
-    /// Whether what is thin between a hole or a bay and what is outside is no line of a pen.
-    fn is_behind_limb(&self, hole: &Bitmap) -> bool {
+    /// What is thin between a hole or a bay and what is outside, where that is no even line of a pen.
+    fn limbs_before(&self, hole: &Bitmap) -> Option<Bitmap> {
         if self.thin.area() as f64 > FILLED * self.ink.area() as f64 {
-            return false;
+            return None;
         }
-        !is_even(&self.limbs_beside(hole))
-    }
-
-    /// Whether what is thin between a hole and what is outside is a line that is darker than the fills, and no limb between two.
-    fn is_outlined(&self, hole: &Bitmap) -> bool {
-        let limbs = self.limbs_beside(hole);
-        let lines = limbs.and(&self.outlines);
-        lines.area() as f64 >= DARK_LINE * limbs.area() as f64 && mean_width(&limbs) <= LIMB_WIDTH * mean_width(&lines)
-    }
-
-    /// What is thin between a hole or a bay and what is outside.
-    fn limbs_beside(&self, hole: &Bitmap) -> Bitmap {
         let between = parts(&self.thin.and(&dilated(hole, WIDEST_PEN * self.size)), 1);
         let limbs = between.iter().filter(|part| part.and(&self.outside).area() > 0);
-        limbs.fold(Bitmap::new(hole.width(), hole.height()), |all, limb| all.or(limb))
+        let limbs = limbs.fold(Bitmap::new(hole.width(), hole.height()), |all, limb| all.or(limb));
+        (!is_even(&limbs)).then_some(limbs)
+    }
+
+    /// Whether what is thin beside a hole is a line that is darker than the fills, and no limb between two.
+    fn is_outline(&self, thin: &Bitmap) -> bool {
+        let lines = thin.and(&self.outlines);
+        lines.area() as f64 >= DARK_LINE * thin.area() as f64 && mean_width(thin) <= LIMB_WIDTH * mean_width(&lines)
     }
 
     /// Thin ink that is not beside an area thicker than a line.
@@ -338,7 +333,7 @@ impl<'a> Lines<'a> {
         let least = (self.pen * self.pen).max(4.0) as usize;
         let mut pockets = Vec::new();
         for pocket in parts(&sealed.without(area), least) {
-            let is_bay = pocket.area() as f64 <= largest_bay && self.is_behind_limb(&pocket);
+            let is_bay = pocket.area() as f64 <= largest_bay && self.limbs_before(&pocket).is_some();
             if is_bay || eroded(&pocket, room).area() == 0 {
                 continue;
             }

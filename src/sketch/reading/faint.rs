@@ -10,12 +10,11 @@ use crate::raster::pieces::Pieces;
 const ALONG: isize = 4;
 const DIRECTIONS: usize = 8;
 
-/// How far beside its crest a line is compared with what it lies on, in pixels, and the share of its contrast that is there
-/// at most.
+/// How far beside its crest a line is compared with what it lies on, in pixels, and how many times as strong it is as that.
 const BESIDE: f64 = 3.0;
-const BESIDE_SHARE: u32 = 2;
+const STRONGER: u32 = 2;
 
-/// A pixel of a line has this share of the line's contrast itself.
+/// A pixel is looked at where its own contrast is one in so many parts at least of what a line has on average.
 const OWN: u8 = 2;
 
 /// How far stretches may be from each other and from the ink they continue, in pixels.
@@ -59,8 +58,8 @@ pub(super) fn stretches(ground: &Ground, ink: &Bitmap, least: u8) -> Bitmap {
             let is_line = |[line, left, right]: &[Vec<isize>; 3]| {
                 let own = sum(line);
                 own >= u32::from(least) * line.len() as u32
-                    && BESIDE_SHARE * sum(left) <= own
-                    && BESIDE_SHARE * sum(right) <= own
+                    && STRONGER * sum(left) <= own
+                    && STRONGER * sum(right) <= own
             };
             if ways.iter().any(is_line) {
                 stretches.set(x, y);
