@@ -7,8 +7,8 @@ use super::{Store, StoreError};
 
 impl Store {
     /// Sets aside the blobs that were written so long ago and no row names: those of uploads and attempts that died between
-    /// the blob and the row. Returns how many. `age` is more than an upload or the report of a result takes, or nothing where
-    /// nobody else is at work.
+    /// the blob and the row. Returns how many. Folders that deletes have emptied go. `age` is more than an upload or the
+    /// report of a result takes, or nothing where nobody else is at work.
     ///
     /// # Errors
     /// What the database or the disk said.
@@ -27,6 +27,7 @@ impl Store {
                 swept += 1;
             }
         }
+        self.blobs.prune(age).await?;
         self.forget_checks(age).await?;
         Ok(swept)
     }

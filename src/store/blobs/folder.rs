@@ -1,7 +1,8 @@
 use std::fs::{self, DirBuilder};
-use std::io;
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use object_store::local::LocalFileSystem;
 
@@ -27,9 +28,18 @@ impl Folder {
         Ok(Folder { path, identity })
     }
 
-    /// Its files, on the disk before a write returns.
+    /// Its files, on the disk before a write returns. A delete leaves the folder it empties: `object_store` opens that folder
+    /// again after it gave a file its name, and a write would fail where another deletes the same blob meanwhile.
     pub fn objects(&self) -> Result<LocalFileSystem, StoreError> {
-        Ok(LocalFileSystem::new_with_prefix(&self.path)?.with_fsync(true).with_automatic_cleanup(true))
+        Ok(LocalFileSystem::new_with_prefix(&self.path)?.with_fsync(true))
+    }
+
+    /// Removes the empty folders in it that nothing was put into or taken out of for so long.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub fn prune(&self, age: Duration) -> Result<(), StoreError> {
+        prune(&self.path, age).map_err(at(&self.path))
     }
 
     /// Ok while the folder is the one there was at the start: nothing is to be made in its place.
@@ -68,4 +78,24 @@ fn remove_unfinished(directory: &Path) -> io::Result<()> {
 fn is_unfinished(name: &str) -> bool {
     name.rsplit_once('#')
         .is_some_and(|(_, number)| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// Removes empty folders below `directory`, those in them first. One that is filled or gone by now is left to whoever did that.
+fn prune(directory: &Path, age: Duration) -> io::Result<()> {
+    for entry in fs::read_dir(directory)? {
+        let entry = entry?;
+        if !entry.file_type()?.is_dir() {
+            continue;
+        }
+        let pruned = entry.metadata().and_then(|found| {
+            let unchanged = found.modified()?.elapsed().unwrap_or_default();
+            prune(&entry.path(), age)?;
+            if unchanged >= age { fs::remove_dir(entry.path()) } else { Ok(()) }
+        });
+        match pruned.map_err(|error| error.kind()) {
+            Ok(()) | Err(ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {}
+            Err(kind) => return Err(kind.into()),
+        }
+    }
+    Ok(())
 }

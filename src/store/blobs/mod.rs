@@ -150,6 +150,15 @@ impl Blobs {
         Ok(names.try_collect().await?)
     }
 
+    /// Removes the folders that deletes have emptied, of which nothing is new for so long.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub async fn prune(&self, age: Duration) -> Result<(), StoreError> {
+        let Some(folder) = self.folder.clone() else { return Ok(()) };
+        blocking(move || folder.prune(age)).await
+    }
+
     /// Whether there is any blob at all.
     pub async fn any(&self) -> Result<bool, StoreError> {
         Ok(self.objects.list(None).try_next().await?.is_some())
@@ -191,12 +200,22 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_folder_goes_with_its_last_blob() {
+    async fn a_folder_without_blobs_goes_with_the_sweep() {
         let (directory, store) = fresh().await;
-        store.blobs.put("results/job/1", "whole").await.unwrap();
+        let folder = directory.path().join("data/blobs");
+        for name in ["results/job/1", "results/other/2"] {
+            store.blobs.put(name, "whole").await.unwrap();
+        }
         store.blobs.delete("results/job/1").await.unwrap();
-        assert!(!directory.path().join("data/blobs/results").exists());
-        assert!(directory.path().join("data/blobs").exists());
+        // Whoever writes there at this moment finds it, and no other process's sweep takes it meanwhile.
+        store.blobs.prune(Duration::from_secs(3600)).await.unwrap();
+        assert!(folder.join("results/job").exists());
+        store.blobs.prune(Duration::ZERO).await.unwrap();
+        assert!(!folder.join("results/job").exists());
+        assert_eq!(store.blobs.read("results/other/2").await.unwrap().unwrap(), "whole");
+        store.blobs.delete("results/other/2").await.unwrap();
+        store.sweep(Duration::ZERO).await.unwrap();
+        assert!(!folder.join("results").exists() && folder.exists());
     }
 
     #[tokio::test]
