@@ -44,6 +44,11 @@ const ROUND_HOLE: f64 = 0.025;
 /// Share of the disc over its longer side that a round hole takes.
 const ROUND: f64 = 0.8;
 
+/// And those of rings, a head that is drawn as one on a body that is filled: so far from the hole, in parts of the drawing's
+/// size, all but this share of the way round it is outside.
+const RINGS: [f64; 4] = [0.03, 0.05, 0.08, 0.12];
+const HELD: f64 = 0.25;
+
 /// Gaps that are closed, narrowest first, in parts of the drawing's size.
 const GAPS: [f64; 8] = [0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12];
 
@@ -198,8 +203,8 @@ impl<'a> Lines<'a> {
         let mut true_holes = Bitmap::new(whole.width(), whole.height());
         for hole in parts(&whole.without(self.ink), least as usize) {
             let share = hole.area() as f64 / whole.area() as f64;
-            let is_eye = is_round(&hole) && share <= ROUND_HOLE;
-            if !is_eye
+            let is_filled = is_round(&hole) && (share <= ROUND_HOLE || self.is_ringed(&hole));
+            if !is_filled
                 && (share <= LARGEST_HOLE && self.is_in_solid(&hole)
                     || share <= LIMB_HOLE && self.limbs_before(&hole).is_some_and(|limbs| !self.is_outline(&limbs)))
             {
@@ -207,6 +212,15 @@ impl<'a> Lines<'a> {
             }
         }
         (whole.without(&true_holes), true_holes)
+    }
+
+    /// Whether a line goes round a hole that lies beside nothing thicker, but for what holds it.
+    fn is_ringed(&self, hole: &Bitmap) -> bool {
+        RINGS.iter().any(|ring| {
+            let reached = dilated(hole, ring * self.size);
+            let way = dilated(&reached, 1.0).without(&reached);
+            way.and(&self.whole).area() as f64 <= HELD * way.area() as f64
+        })
     }
 
     fn is_in_solid(&self, hole: &Bitmap) -> bool {

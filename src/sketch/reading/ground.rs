@@ -354,9 +354,10 @@ fn beyond_lines(colours: &[[u8; 3]], steady: &Bitmap, grounds: &[Bitmap]) -> Vec
     wholes
 }
 
-/// The mean colour of the ground by blocks; where none is seen that of a larger block around.
+/// The mean colour of the ground by blocks; where none is seen what those around lead to.
 struct Blocks {
-    levels: Vec<Level>,
+    columns: usize,
+    colours: Vec<[u8; 3]>,
 }
 
 /// Blocks of one size: how many pixels of ground each has, and the sums of their colours.
@@ -367,6 +368,7 @@ struct Level {
 }
 
 impl Blocks {
+    /// Larger blocks fill in for smaller ones without ground, smoothly [Gortler et al. 1996, pull and push].
     fn of(colours: &[[u8; 3]], seen: &Bitmap) -> Blocks {
         let (width, height) = (seen.width(), seen.height());
         let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
@@ -387,20 +389,18 @@ impl Blocks {
             }
             levels.push(coarse);
         }
-        Blocks { levels }
+        // White where no ground is seen at all.
+        let (mut wider, mut filled) = (1, vec![[255.0; 3]]);
+        for level in levels.iter().rev() {
+            filled = level.filled(wider, &filled);
+            wider = level.columns;
+        }
+        Blocks { columns, colours: filled.into_iter().map(|colour| colour.map(|value| value.round() as u8)).collect() }
     }
 
-    /// The colour of the ground about a pixel; white where no ground is seen at all.
+    /// The colour of the ground about a pixel.
     fn colour(&self, x: usize, y: usize) -> [u8; 3] {
-        let (mut column, mut row) = (x / BLOCK, y / BLOCK);
-        for level in &self.levels {
-            let [r, g, b, n] = level.sums[row * level.columns + column];
-            if n > 0 {
-                return [r, g, b].map(|sum| (sum / n) as u8);
-            }
-            (column, row) = (column / 2, row / 2);
-        }
-        [255; 3]
+        self.colours[y / BLOCK * self.columns + x / BLOCK]
     }
 }
 
@@ -411,5 +411,27 @@ impl Level {
         for (sum, value) in sums.iter_mut().zip([r, g, b, pixels]) {
             *sum += value;
         }
+    }
+
+    /// The mean colour of each block; where it has none, between those of the larger blocks about it, in so many columns.
+    fn filled(&self, columns: usize, larger: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let rows = larger.len() / columns;
+        let between = |column: usize, row: usize| {
+            // A block lies a quarter of a larger one's side off its middle.
+            let beside = |at: usize, count: usize| {
+                if at % 2 == 0 { (at / 2).saturating_sub(1) } else { (at / 2 + 1).min(count - 1) }
+            };
+            let (near, far) = ([column / 2, row / 2], [beside(column, columns), beside(row, rows)]);
+            let at = |x: usize, y: usize, channel: usize| larger[y * columns + x][channel];
+            std::array::from_fn(|channel| {
+                let along = |y: usize| 0.75 * at(near[0], y, channel) + 0.25 * at(far[0], y, channel);
+                0.75 * along(near[1]) + 0.25 * along(far[1])
+            })
+        };
+        let mean = |(i, &[r, g, b, n]): (usize, &[u64; 4])| match n {
+            0 => between(i % self.columns, i / self.columns),
+            n => [r, g, b].map(|sum| (sum / n) as f32),
+        };
+        self.sums.iter().enumerate().map(mean).collect()
     }
 }

@@ -1,6 +1,7 @@
 //! What is drawn on a sheet: all that differs from its ground.
 
 use super::Sheet;
+use super::binding::binding;
 use super::border;
 use super::faint;
 use super::floor::floor;
@@ -89,17 +90,20 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let faintest = LEAST_CONTRAST.max(noise);
     let mut least = faintest;
     let mut ink = above(ground, sheet, least);
+    let bound = if ground.noise > 0 { binding(&ink, sheet) } else { Bitmap::new(ink.width(), ink.height()) };
+    ink = ink.without(&bound);
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
     // Lines that run over the border are squares or rules, which are no scene.
     let is_scene = opened(&ink, SEAM).and(&band).area() as f64 > SCENE * band.area() as f64;
     while crossings(&ink, &border) > PATTERN && least < STRONGEST_PATTERN {
         least += least / 3;
-        ink = above(ground, sheet, least);
+        ink = above(ground, sheet, least).without(&bound);
     }
     let patterned = least > faintest;
     // What was not photographed has no pixels that are fainter by chance.
     let is_uneven = ground.noise > 0 && !patterned;
-    let stretches = if is_uneven { stretches(ground, &ink) } else { Bitmap::new(ink.width(), ink.height()) };
+    let stretches =
+        if is_uneven { stretches(ground, &ink).without(&bound) } else { Bitmap::new(ink.width(), ink.height()) };
     let seen = ink.or(&stretches);
     let kept = without_rules(&seen, ground, sheet);
     let rules = seen.without(&kept);
@@ -112,7 +116,7 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let shadow = shadow(&all, &neutral(ground, &all, strong)).unwrap_or_else(|| Bitmap::new(all.width(), all.height()));
     let all = all.without(&shadow);
     let dark = dark(ground, &all);
-    let ink = Ink { all, dark, aside: shadow.or(&rules), patterned };
+    let ink = Ink { all, dark, aside: shadow.or(&rules).or(&bound), patterned };
     if is_scene { Drawn::Scene(ink) } else { Drawn::Ink(ink) }
 }
 

@@ -1,9 +1,11 @@
 //! What a drawing shows: the figure that a viewer sees in it, whatever it was drawn with and whatever form it has.
 //!
-//! A [`canvas::Canvas`] is looked at as people do. A [`sheet`] has a [`ground`]; what differs from it is [`ink`]. Thin ink
-//! is a line and stands for what it encloses ([`enclosure`]), all else for itself, but for the [`floor`]; lines that run over
-//! the [`border`] end there. Parts that belong together make a figure ([`figures`]), and the lines round it are its [`outline`]. Whatever was mended or left out is a [`notes::Note`].
+//! A [`canvas::Canvas`] is looked at as people do. A [`sheet`] has a [`ground`], perhaps [`rules`] and a [`binding`]; what else
+//! differs from it is [`ink`]. Thin ink is a line and stands for what it encloses ([`enclosure`]), all else for itself, but for
+//! the [`floor`]; lines that run over the [`border`] end there. Parts that belong together make a figure ([`figures`]), and the
+//! lines round it are its [`outline`]. Whatever was mended or left out is a [`notes::Note`].
 
+mod binding;
 mod border;
 pub(crate) mod canvas;
 mod closing;

@@ -388,6 +388,35 @@ fn a_crease_of_the_paper_is_no_part_of_the_figure() {
     }
 }
 
+/// The share of the light that a soft crease takes which swerves by five pixels and ends before it is across, and the side of it on
+/// which there is less light.
+fn soft_crease(along: f64, aside: f64) -> f64 {
+    let beside = aside - 200.0 - 0.03 * along - 5.0 * (along / 90.0).sin();
+    let fold = 0.3 * (-(beside / 4.0).powi(2)).exp() * if along < 400.0 { 1.0 } else { 0.0 };
+    fold.max(if beside > 0.0 { 0.1 } else { 0.0 })
+}
+
+#[test]
+fn a_soft_crease_between_halves_of_other_shades_is_no_part_of_the_figure() {
+    let down = photographed([235.0, 3.0], |_| 0.5, |x, y| soft_crease(f64::from(y), f64::from(x)));
+    assert!(is_whole(png(down)));
+    let across = photographed([235.0, 3.0], |_| 0.5, |x, y| soft_crease(f64::from(x), f64::from(y) - 60.0));
+    let ratio = area(png(across)) / whole();
+    assert!((ratio - 1.0).abs() < 0.015, "{ratio}");
+}
+
+#[test]
+fn rings_of_a_sketchbook_are_no_part_of_the_figure() {
+    let rings = |x: u32, y: u32| {
+        let (across, along) = (f64::from(x), f64::from(y % 24) - 12.0);
+        let is_ring = across < 14.0 && along.abs() < 2.0 || (across - 16.0).hypot(along) < 5.0;
+        if is_ring { 0.8 } else { 0.0 }
+    };
+    let sketched = photographed([235.0, 4.0], |_| 0.25, rings);
+    assert!(is_whole(png(sketched.clone())));
+    assert!(is_whole(png(image::imageops::rotate180(&sketched))));
+}
+
 #[test]
 fn a_horizon_behind_a_figure_in_lines_is_no_part_of_it() {
     for horizon in ["M0 240H150M250 240H400", "M0 250L150 262M250 270L400 282"] {
@@ -647,6 +676,19 @@ fn a_hole_behind_a_thin_limb_is_one() {
     let apart = area(svg(&format!(r#"<path d="{body}"/>"#)));
     let drawn = 100.0 * 340.0 + 60.0 * 80.0 - 55.0 * 59.0;
     assert!((apart / drawn - 1.0).abs() < 0.03, "{apart} for {drawn}");
+}
+
+#[test]
+fn a_head_that_is_a_ring_is_whole_on_a_filled_body() {
+    let body = r#"<path d="M150 180H250V440H150ZM250 200H310V280H250V275H305V216H250Z"/>"#;
+    let head = |inner: &str| {
+        area(svg(&format!(r#"{body}<circle cx="200" cy="130" r="45" stroke="black" stroke-width="24" {inner}/>"#)))
+    };
+    let (ring, disc) = (head(r#"fill="none""#), head(""));
+    assert!((ring / disc - 1.0).abs() < 0.01, "{ring} for {disc}");
+    // What is behind the arm stays open.
+    let expected = 100.0 * 260.0 + 60.0 * 80.0 - 55.0 * 59.0 + std::f64::consts::PI * 57.0 * 57.0;
+    assert!((disc / expected - 1.0).abs() < 0.05, "{disc} for {expected}");
 }
 
 #[test]
