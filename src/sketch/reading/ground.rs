@@ -419,7 +419,7 @@ impl Level {
         let between = |column: usize, row: usize| {
             // A block lies a quarter of a larger one's side off its middle.
             let beside = |at: usize, count: usize| {
-                if at % 2 == 0 { (at / 2).saturating_sub(1) } else { (at / 2 + 1).min(count - 1) }
+                if at.is_multiple_of(2) { (at / 2).saturating_sub(1) } else { (at / 2 + 1).min(count - 1) }
             };
             let (near, far) = ([column / 2, row / 2], [beside(column, columns), beside(row, rows)]);
             let at = |x: usize, y: usize, channel: usize| larger[y * columns + x][channel];

@@ -129,12 +129,12 @@ impl Line<'_> {
         let mut next = best.clone();
         let mut came = Vec::with_capacity(self.sides.len() * offsets);
         for at in 0..self.sides.len() {
-            for offset in 0..offsets {
+            for (offset, next) in next.iter_mut().enumerate() {
                 let near = offset.saturating_sub(1)..(offset + 2).min(offsets);
                 let value = |from: usize| best[from] - if from == offset { 0.0 } else { SWERVING };
                 let from = near.max_by(|&a, &b| value(a).total_cmp(&value(b))).unwrap_or(offset);
                 let is_ink = place(at, offset).is_some_and(|side| self.is_ink(self.first + at, side));
-                next[offset] = value(from) + f64::from(is_ink);
+                *next = value(from) + f64::from(is_ink);
                 came.push(from);
             }
             std::mem::swap(&mut best, &mut next);
