@@ -5,6 +5,9 @@ use std::time::Duration;
 
 use super::{Store, StoreError};
 
+/// The folders of blobs in which every shape, job or cache has a folder of its own.
+const FOLDERS: [&str; 6] = ["shapes", "files", "results", "spectra", "preparations", "weights"];
+
 impl Store {
     /// Sets aside the blobs that were written so long ago and no row names: those of uploads and attempts that died between
     /// the blob and the row. Returns how many. Folders that deletes have emptied go. `age` is more than an upload or the
@@ -27,7 +30,9 @@ impl Store {
                 swept += 1;
             }
         }
-        self.blobs.prune(age).await?;
+        for folder in FOLDERS {
+            self.blobs.prune(folder, age).await?;
+        }
         self.forget_checks(age).await?;
         Ok(swept)
     }

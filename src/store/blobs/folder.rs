@@ -34,12 +34,16 @@ impl Folder {
         Ok(LocalFileSystem::new_with_prefix(&self.path)?.with_fsync(true))
     }
 
-    /// Removes the empty folders in it that nothing was put into or taken out of for so long.
+    /// Removes the empty folders in one of its folders that nothing was put into or taken out of for so long.
     ///
     /// # Errors
     /// What the disk said.
-    pub fn prune(&self, age: Duration) -> Result<(), StoreError> {
-        prune(&self.path, age).map_err(at(&self.path))
+    pub fn prune(&self, name: &str, age: Duration) -> Result<(), StoreError> {
+        let path = self.path.join(name);
+        match prune(&path, age) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(at(&path)(error)),
+            _ => Ok(()),
+        }
     }
 
     /// Ok while the folder is the one there was at the start: nothing is to be made in its place.

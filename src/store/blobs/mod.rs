@@ -150,13 +150,13 @@ impl Blobs {
         Ok(names.try_collect().await?)
     }
 
-    /// Removes the folders that deletes have emptied, of which nothing is new for so long.
+    /// Removes the folders within one that deletes have emptied, where nothing is new in them for so long.
     ///
     /// # Errors
     /// What the disk said.
-    pub async fn prune(&self, age: Duration) -> Result<(), StoreError> {
+    pub async fn prune(&self, name: &'static str, age: Duration) -> Result<(), StoreError> {
         let Some(folder) = self.folder.clone() else { return Ok(()) };
-        blocking(move || folder.prune(age)).await
+        blocking(move || folder.prune(name, age)).await
     }
 
     /// Whether there is any blob at all.
@@ -208,14 +208,16 @@ mod tests {
         }
         store.blobs.delete("results/job/1").await.unwrap();
         // Whoever writes there at this moment finds it, and no other process's sweep takes it meanwhile.
-        store.blobs.prune(Duration::from_secs(3600)).await.unwrap();
+        store.sweep(Duration::from_secs(3600)).await.unwrap();
         assert!(folder.join("results/job").exists());
-        store.blobs.prune(Duration::ZERO).await.unwrap();
+        store.blobs.prune("results", Duration::ZERO).await.unwrap();
         assert!(!folder.join("results/job").exists());
         assert_eq!(store.blobs.read("results/other/2").await.unwrap().unwrap(), "whole");
+        // What somebody else keeps beside them is not looked at.
+        fs::create_dir_all(folder.join("lost+found/empty")).unwrap();
         store.blobs.delete("results/other/2").await.unwrap();
         store.sweep(Duration::ZERO).await.unwrap();
-        assert!(!folder.join("results").exists() && folder.exists());
+        assert!(!folder.join("results/other").exists() && folder.join("lost+found/empty").exists());
     }
 
     #[tokio::test]
