@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use super::Sheet;
+use crate::numerics::median;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::dilated;
-use crate::raster::pieces::{Pieces, Run};
+use crate::raster::pieces::Pieces;
 
 /// How far within the sheet a binding lies, and the most a ring of it takes of the side it lies along, in parts of the sheet's
 /// side.
@@ -28,7 +29,7 @@ const SHADOW: f64 = 4.0;
 /// What belongs to the binding of the sheet.
 pub(super) fn binding(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
     let pieces = Pieces::of(ink, true);
-    let boxes = boxes(&pieces);
+    let boxes = pieces.boxes();
     let mut rings = Bitmap::new(ink.width(), ink.height());
     for (axis, far) in [(0, false), (0, true), (1, false), (1, true)] {
         let is_ring: Vec<bool> = boxes.iter().map(|own| lies_along(own, sheet.sides, axis, far)).collect();
@@ -40,17 +41,6 @@ pub(super) fn binding(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
         }
     }
     dilated(&rings, SHADOW)
-}
-
-/// The boxes about pieces.
-fn boxes(pieces: &Pieces) -> Vec<PixelBox> {
-    let mut boxes = vec![PixelBox { low: [usize::MAX; 2], high: [0; 2] }; pieces.sizes.len()];
-    for &Run { piece, y, from, to, .. } in &pieces.runs {
-        let own = &mut boxes[piece];
-        own.low = [own.low[0].min(from), own.low[1].min(y)];
-        own.high = [own.high[0].max(to), own.high[1].max(y + 1)];
-    }
-    boxes
 }
 
 /// Whether a piece lies near one side of the sheet, and takes little of it.
@@ -84,9 +74,7 @@ fn is_row(spans: &[Range<usize>], side: f64) -> bool {
     }
     let middle = |span: &Range<usize>| 0.5 * (span.start + span.end) as f64;
     let steps: Vec<f64> = spans.windows(2).map(|pair| middle(&pair[1]) - middle(&pair[0])).collect();
-    let mut ordered = steps.clone();
-    ordered.sort_by(f64::total_cmp);
-    let step = ordered[ordered.len() / 2];
+    let step = median(steps.clone());
     let regular = steps.iter().filter(|&&own| (own - step).abs() <= OFF_STEP * step).count() as f64;
     regular >= REGULAR * steps.len() as f64 && regular * step >= ALONG * side
 }

@@ -53,13 +53,14 @@ pub(super) fn without_rules(ink: &Bitmap, ground: &Ground, sheet: &Sheet) -> Bit
             continue;
         }
         let crossed = |kind: &Kind| [first, last].map(|at| crossed(ink, at, across, bounds, kind.wide));
-        let ends = crossed(&CREASE);
-        let (kind, ways) = if ground.noise > 0 && ends[0].len() + ends[1].len() <= MOST_CREASES {
-            (CREASE, leaning(&ends, LEANING * (last - first) as f64))
-        } else {
-            let kind = if ground.noise > 0 { PHOTOGRAPHED } else { PRINTED };
-            let ends = crossed(&kind);
-            (kind, ends[0].iter().flat_map(|&from| ends[1].iter().map(move |&to| vec![[from, to]])).collect())
+        let creases = (ground.noise > 0).then(|| crossed(&CREASE));
+        let (kind, ways) = match creases.filter(|[from, to]| from.len() + to.len() <= MOST_CREASES) {
+            Some(ends) => (CREASE, leaning(&ends, LEANING * (last - first) as f64)),
+            None => {
+                let kind = if ground.noise > 0 { PHOTOGRAPHED } else { PRINTED };
+                let ends = crossed(&kind);
+                (kind, ends[0].iter().flat_map(|&from| ends[1].iter().map(move |&to| vec![[from, to]])).collect())
+            }
         };
         for ways in ways {
             let lines = ways.into_iter().map(|ends| Line::between(ends, [first, last], across, ink, contrast, &kind));
