@@ -141,6 +141,17 @@ pub fn log_panics() {
     }));
 }
 
+/// How often measures are put together.
+const UPKEEP: Duration = Duration::from_secs(5);
+
+/// Puts the single values of histograms together again and again: until then each is kept, also where nobody reads the measures.
+pub async fn keep_small(measures: PrometheusHandle) {
+    loop {
+        sleep(UPKEEP).await;
+        measures.run_upkeep();
+    }
+}
+
 /// Collects every measure of the process from now on; the handle writes them down.
 ///
 /// # Errors

@@ -13,8 +13,8 @@ use tokio::time::error::Elapsed;
 use tokio::time::timeout;
 use utoipa::ToSchema;
 
-use super::Service;
 use super::problem::Problem;
+use super::{App, Service};
 use crate::jobs::{KINDS, Kind};
 use crate::store::{Lack, StoreError};
 
@@ -52,7 +52,14 @@ pub(super) async fn ready(State(Service(app)): State<Service>) -> Result<Json<He
     if app.shutdown.is_cancelled() {
         return Err(Problem::busy("the server is stopping", 5));
     }
-    let _one_at_a_time = app.checks.lock().await;
+    app.readiness.asked(checked(&app)).await.map(|()| OK)
+}
+
+/// Ok where a row and a blob can be written and read and the disk has space.
+///
+/// # Errors
+/// 507 where the disk is full, 503 naming what is away.
+async fn checked(app: &App) -> Result<(), Problem> {
     // A disk that does not say is one that cannot be used, which is told below.
     if let Ok(Some(free)) = app.store.free_bytes().await
         && free < LEAST_FREE
@@ -62,7 +69,7 @@ pub(super) async fn ready(State(Service(app)): State<Service>) -> Result<Json<He
     let database = timeout(LONGEST_CHECK, app.store.database_healthy());
     let (database, blobs) = tokio::join!(database, timeout(LONGEST_CHECK, app.store.blobs_healthy()));
     let away = match (unusable("database", database)?, unusable("place of the blobs", blobs)?) {
-        (false, false) => return Ok(OK),
+        (false, false) => return Ok(()),
         (true, false) => "the database",
         (false, true) => "the place of the blobs",
         (true, true) => "the database and the place of the blobs",
@@ -127,7 +134,6 @@ pub(super) async fn measures(State(Service(app)): State<Service>) -> impl IntoRe
     metrics::gauge!(FREE).set(told(free).await);
     metrics::gauge!(READING).set(app.reading_bytes() as f64);
     app.process.collect();
-    app.metrics.run_upkeep();
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render())
 }
 
@@ -150,7 +156,7 @@ mod tests {
     use tokio_util::sync::CancellationToken;
 
     use super::*;
-    use crate::http::{App, Config};
+    use crate::http::Config;
     use crate::store::testing::fresh;
 
     #[tokio::test]

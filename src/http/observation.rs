@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use axum::extract::{MatchedPath, Request};
-use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method};
 use axum::middleware::Next;
 use axum::response::Response;
 use tracing::Instrument;
@@ -36,7 +36,7 @@ pub async fn observed(mut request: Request, next: Next) -> Response {
     let started = Instant::now();
     let request_id = request_id(request.headers());
     let trace = trace_parent(request.headers());
-    let method = request.method().to_string();
+    let method = label(request.method());
     let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
     let parent = trace.as_ref().and_then(|value| value.to_str().ok());
     let span = tracing::info_span!(
@@ -56,11 +56,28 @@ pub async fn observed(mut request: Request, next: Next) -> Response {
     let (status, seconds) = (response.status().as_u16(), started.elapsed().as_secs_f64());
     span.in_scope(|| tracing::info!(status, seconds, "answered"));
     let status = status.to_string();
-    metrics::counter!(REQUESTS, "method" => method.clone(), "route" => route.clone(), "status" => status).increment(1);
+    metrics::counter!(REQUESTS, "method" => method, "route" => route.clone(), "status" => status).increment(1);
     metrics::histogram!(SECONDS, "method" => method, "route" => route).record(seconds);
     response.headers_mut().insert(REQUEST_ID, request_id);
     response.headers_mut().extend(trace.map(|value| (TRACE_PARENT, value)));
     response
+}
+
+/// The method as it is counted and logged: what HTTP does not define has one name, for whoever asks may think of any number of
+/// them, and every one that is counted is kept.
+fn label(method: &Method) -> &'static str {
+    match *method {
+        Method::GET => "GET",
+        Method::HEAD => "HEAD",
+        Method::POST => "POST",
+        Method::PUT => "PUT",
+        Method::PATCH => "PATCH",
+        Method::DELETE => "DELETE",
+        Method::OPTIONS => "OPTIONS",
+        Method::TRACE => "TRACE",
+        Method::CONNECT => "CONNECT",
+        _ => "other",
+    }
 }
 
 fn request_id(headers: &HeaderMap) -> HeaderValue {
@@ -85,6 +102,13 @@ fn trace_parent(headers: &HeaderMap) -> Option<HeaderValue> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn methods_that_clients_think_of_are_counted_as_one() {
+        let invented = |name: &str| Method::from_bytes(name.as_bytes()).unwrap();
+        assert_eq!((label(&invented("DELETE")), label(&Method::GET)), ("DELETE", "GET"));
+        assert_eq!((label(&invented("A0001")), label(&invented("get"))), ("other", "other"));
+    }
 
     #[test]
     fn takes_over_only_decent_identifiers() {

@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::problem::{Fault, Problem};
 use crate::intake::json::named_field;
+use crate::store::is_text;
 
 /// The query string as a `T`; an unknown, repeated or unreadable parameter is a 422 that names it.
 pub struct Query<T>(pub T);
@@ -37,14 +38,17 @@ fn fault(rejection: &(dyn Error + 'static)) -> Fault {
     Fault::at_place("query string", rejection.to_string())
 }
 
-/// The one parameter of the path. What cannot be an identifier names nothing, which is a 404.
+/// The one parameter of the path. What cannot be an identifier, such as what PostgreSQL takes for no text, names nothing, which is a
+/// 404.
 pub struct Id(pub String);
 
 impl<S: Send + Sync> FromRequestParts<S> for Id {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Id, Problem> {
-        let path = Path::<String>::from_request_parts(parts, state).await;
-        path.map(|Path(id)| Id(id)).map_err(|_| Problem::not_found("resource of this name"))
+        match Path::<String>::from_request_parts(parts, state).await {
+            Ok(Path(id)) if is_text(&id) => Ok(Id(id)),
+            _ => Err(Problem::not_found("resource of this name")),
+        }
     }
 }

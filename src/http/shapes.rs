@@ -18,12 +18,12 @@ use super::{App, paths};
 use crate::intake::json;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
-use crate::store::{Deletion, Kind, Shape};
+use crate::store::{Deletion, Kind, NUL, Shape, is_text};
 
 /// Characters of a name at most.
-pub(super) const LONGEST_NAME: usize = 200;
+const LONGEST_NAME: usize = 200;
 
-const TOO_LONG: &str = "a name has at most 200 characters";
+const NO_NAME: &str = "a name has at most 200 characters, none of them U+0000";
 
 /// A stored shape: what every shape has, and the measures of its kind.
 #[derive(Debug, Serialize, ToSchema)]
@@ -154,8 +154,8 @@ pub async fn renamed<T: DeserializeOwned>(
     body: JsonBody,
 ) -> Result<ShapeDocument<T>, Problem> {
     let Renaming { name } = json::parsed(&body.bytes)?;
-    if name.as_ref().is_some_and(|name| name.chars().count() > LONGEST_NAME) {
-        let fault = Fault::at_pointer("/name", TOO_LONG);
+    if !name.as_deref().is_none_or(is_name) {
+        let fault = Fault::at_pointer("/name", NO_NAME);
         return Err(Problem::refused("the name is not acceptable", vec![fault]));
     }
     document(app.store.rename(kind, id, name.as_deref()).await?.ok_or_else(|| missing(kind, id))?)
@@ -182,11 +182,20 @@ pub async fn deleted(app: &App, kind: Kind, id: &str) -> Result<StatusCode, Prob
 /// 422 where the one given is longer than a name may be.
 pub fn name(given: Option<String>, file_name: Option<String>) -> Result<Option<String>, Problem> {
     match given {
-        Some(name) if name.chars().count() > LONGEST_NAME => {
-            let fault = Fault::in_query("name", TOO_LONG);
+        Some(name) if !is_name(&name) => {
+            let fault = Fault::in_query("name", NO_NAME);
             Err(Problem::refused("the name is not acceptable", vec![fault]))
         }
         Some(name) => Ok(Some(name)),
-        None => Ok(file_name.map(|name| name.chars().take(LONGEST_NAME).collect())),
+        None => Ok(file_name.map(|name| shortened(&name))),
     }
+}
+
+fn is_name(name: &str) -> bool {
+    name.chars().count() <= LONGEST_NAME && is_text(name)
+}
+
+/// What of a text can be a name.
+pub(super) fn shortened(text: &str) -> String {
+    text.chars().filter(|&character| character != NUL).take(LONGEST_NAME).collect()
 }

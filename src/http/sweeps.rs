@@ -12,7 +12,7 @@ use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::job_document::MatchDocument;
 use super::problem::{Fault, Problem};
-use super::{App, matches, resource};
+use super::{App, matches, resource, shapes};
 use crate::intake::json;
 use crate::jobs::Task;
 use crate::pipeline::Settings;
@@ -78,7 +78,7 @@ async fn submitted(app: &App, body: Arc<JsonBody>) -> Result<Answer, Problem> {
     let mut matches: Vec<MatchDocument> = Vec::new();
     let mut queued = Vec::new();
     for (settings, payload, name) in &ready {
-        let name: String = name.chars().take(super::shapes::LONGEST_NAME).collect();
+        let name = shapes::shortened(name);
         let priority = Priority::Batch;
         let job = NewJob { name: Some(&name), taken_for: MEMORY, priority, ..settings.job(payload) };
         match app.queued(&job, None).await {

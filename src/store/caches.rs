@@ -49,12 +49,34 @@ impl Store {
     /// # Errors
     /// What the database or the disk said.
     pub(super) async fn free_caches(&self, shape: &str) -> Result<(), StoreError> {
-        let sql = "DELETE FROM caches WHERE shape = $1 RETURNING blob";
+        let sql = "SELECT blob FROM caches WHERE shape = $1";
         let blobs: Vec<String> = sqlx::query_scalar(sql).bind(shape).fetch_all(&self.pool).await?;
         for blob in blobs {
+            // Before the row, for as long as that is there the sweep finds what could not be deleted.
+            let sql = "SELECT count(*) FROM caches WHERE blob = $1 AND shape <> $2";
+            let others: i64 = sqlx::query_scalar(sql).bind(&blob).bind(shape).fetch_one(&self.pool).await?;
+            if others == 0 {
+                self.blobs.delete(&blob).await?;
+            }
+            let sql = "DELETE FROM caches WHERE blob = $1 AND shape = $2";
+            sqlx::query(sql).bind(&blob).bind(shape).execute(&self.pool).await?;
+            // And after it, for until then a computation that goes on may have cached it anew.
             if !self.is_cached(&blob).await? {
                 self.blobs.delete(&blob).await?;
             }
+        }
+        Ok(())
+    }
+
+    /// Frees the caches of shapes that are gone, where their deletion was broken off.
+    ///
+    /// # Errors
+    /// What the database or the disk said.
+    pub(super) async fn free_caches_left(&self) -> Result<(), StoreError> {
+        let sql = "SELECT DISTINCT shape FROM caches WHERE shape NOT IN (SELECT id FROM shapes)";
+        let gone: Vec<String> = sqlx::query_scalar(sql).fetch_all(&self.pool).await?;
+        for shape in gone {
+            self.free_caches(&shape).await?;
         }
         Ok(())
     }
@@ -68,6 +90,8 @@ impl Store {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use serde_json::json;
 
     use super::*;
@@ -103,7 +127,10 @@ mod tests {
         // A job that was cancelled and goes on for a moment leaves nothing behind.
         store.put_cached("spectra/late", "l", Some(&one)).await.unwrap();
         assert_eq!(kept().await, ["spectra/both", "spectra/none"]);
-        store.delete_shape(Kind::Mesh, &other).await.unwrap();
+        // Of two shapes that are gone the caches of one were not freed, for its deletion was broken off.
+        sqlx::query("DELETE FROM shapes").execute(&store.pool).await.unwrap();
+        assert_eq!(kept().await, ["spectra/both", "spectra/none"]);
+        store.sweep(Duration::ZERO).await.unwrap();
         assert_eq!(kept().await, ["spectra/none"]);
     }
 }

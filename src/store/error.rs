@@ -50,9 +50,9 @@ impl StoreError {
             StoreError::DamagedShape { shape, .. } => {
                 Some(format!("{shape} is damaged on the server's disk: upload the same file again, and it is mended"))
             }
-            StoreError::LostResult { job, .. } => Some(format!(
-                "the result of match {job} is lost, for it is damaged on the server's disk: ask for the match again"
-            )),
+            StoreError::LostResult { job, .. } => {
+                Some(format!("the result of {job} is lost, for it is damaged on the server's disk: ask for it again"))
+            }
             _ => None,
         }
     }

@@ -86,6 +86,14 @@ pub struct Store {
     shared_caches: bool,
 }
 
+/// The character that PostgreSQL takes into no text.
+pub const NUL: char = '\0';
+
+/// Whether something can be called so.
+pub fn is_text(name: &str) -> bool {
+    !name.contains(NUL)
+}
+
 impl Store {
     /// The store at the places of `config`, brought up to the present tables.
     ///

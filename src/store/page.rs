@@ -1,4 +1,4 @@
-use super::StoreError;
+use super::{StoreError, is_text};
 
 /// A stretch of a list, newest first.
 #[derive(Clone, Debug)]
@@ -18,7 +18,7 @@ impl Page {
     /// The time and id that every item of the page stands before.
     pub(super) fn bound(&self) -> Result<(i64, &str), StoreError> {
         let Some(after) = &self.after else { return Ok((i64::MAX, "")) };
-        let (created_ms, id) = after.split_once('.').ok_or(StoreError::Cursor)?;
+        let (created_ms, id) = after.split_once('.').filter(|(_, id)| is_text(id)).ok_or(StoreError::Cursor)?;
         Ok((created_ms.parse().map_err(|_| StoreError::Cursor)?, id))
     }
 }

@@ -11,7 +11,7 @@ use bytes::Bytes;
 use sqlx::AssertSqlSafe;
 
 use super::measures::{Operation, timed};
-use super::{Job, Page, State, Store, StoreError, idempotency, milliseconds};
+use super::{Job, Page, State, Store, StoreError, idempotency, is_text, milliseconds};
 pub(super) use lease::LEASE_MS;
 pub use lease::{LEASE, MAX_TRIES};
 pub(super) use submission::enqueue;
@@ -64,6 +64,9 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
+        if !is_text(id) {
+            return Ok(None);
+        }
         let sql = format!("SELECT {} FROM jobs WHERE id = $1 AND tenant = $2", Job::COLUMNS);
         Ok(sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(self.tenant.as_str()).fetch_optional(&self.pool).await?)
     }

@@ -4,7 +4,7 @@ use serde_json::Value;
 use sqlx::any::AnyRow;
 use sqlx::{AssertSqlSafe, FromRow, Row};
 
-use super::{Page, Store, StoreError, blocking, geometry, idempotency, page};
+use super::{Page, Store, StoreError, blocking, geometry, idempotency, is_text, page};
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
 
@@ -184,6 +184,9 @@ impl Store {
     /// # Errors
     /// What the database said.
     pub async fn shape(&self, kind: Kind, id: &str) -> Result<Option<Shape>, StoreError> {
+        if !is_text(id) {
+            return Ok(None);
+        }
         let sql = format!("SELECT {} FROM shapes WHERE id = $1 AND kind = $2 AND tenant = $3", Shape::COLUMNS);
         let query = sqlx::query_as(AssertSqlSafe(sql)).bind(id).bind(kind.as_str()).bind(self.tenant.as_str());
         Ok(query.fetch_optional(&self.pool).await?)

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use super::{Store, StoreError};
 
-/// The folders of blobs in which every shape, job or cache has a folder of its own.
-const FOLDERS: [&str; 6] = ["shapes", "files", "results", "spectra", "preparations", "weights"];
+/// The folders of blobs in which every shape, job or cache has a folder of its own; tenants have such folders of their own.
+const FOLDERS: [&str; 7] = ["shapes", "files", "results", "spectra", "preparations", "weights", "tenants"];
 
 impl Store {
     /// Sets aside the blobs that were written so long ago and no row names: those of uploads and attempts that died between
-    /// the blob and the row. Returns how many. Folders that deletes have emptied go. `age` is more than an upload or the
+    /// the blob and the row. Returns how many. Caches of shapes that are gone go, and folders that deletes have emptied. `age` is more than an upload or the
     /// report of a result takes, or nothing where nobody else is at work.
     ///
     /// # Errors
@@ -30,6 +30,7 @@ impl Store {
                 swept += 1;
             }
         }
+        self.free_caches_left().await?;
         for folder in FOLDERS {
             self.blobs.prune(folder, age).await?;
         }

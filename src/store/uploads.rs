@@ -195,9 +195,18 @@ impl Store {
                 Written { geometry, file: format!("files/{id}/{token}"), fresh: true }
             }
         };
-        self.blobs.put(&written.geometry, shape.geometry.bytes.clone()).await?;
-        self.blobs.put(&written.file, shape.source.bytes.clone()).await?;
-        Ok(written)
+        let put = async {
+            self.blobs.put(&written.geometry, shape.geometry.bytes.clone()).await?;
+            self.blobs.put(&written.file, shape.source.bytes.clone()).await
+        };
+        match put.await {
+            Ok(()) => Ok(written),
+            Err(error) => {
+                // On a disk that is full the one that found room would keep it. What cannot be deleted either is the sweep's.
+                let _ = self.unwrite(written).await;
+                Err(error)
+            }
+        }
     }
 
     /// Deletes blobs that were written for a row that did not come to name them.
