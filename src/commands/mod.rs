@@ -17,11 +17,14 @@ mod weigh;
 mod work;
 
 use std::fs;
+use std::future::Future;
 use std::io::{Write, stdin, stdout};
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
+use tokio::runtime::Runtime;
 
 use crate::config::ServeOptions;
 use crate::telemetry::{self, LogFormat};
@@ -95,9 +98,9 @@ pub enum Command {
 pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
     let log = telemetry::log(&log, log_format)?;
     match command {
-        Command::Serve(options) => serve::run(&options, &log),
+        Command::Serve(options) => to_its_end(serve::run(&options, &log)),
         Command::Keys(options) => keys::run(options),
-        Command::Work(options) => work::run(&options, &log),
+        Command::Work(options) => to_its_end(work::run(&options, &log)),
         Command::Sweep(options) => sweep::run(&options),
         Command::Match(options) => matching::run(&options),
         Command::Read(options) => reading::run(&options),
@@ -111,6 +114,18 @@ pub fn run(Cli { command, log, log_format }: Cli) -> anyhow::Result<()> {
         Command::ReadSvg => svg_reader::serve(stdin().lock(), stdout().lock()).context("reading an SVG"),
         Command::Openapi => printed(&format!("{:#}", openapi::document())),
     }
+}
+
+/// How long a process that ends waits for threads that still compute what was asked for by those who were not waited for.
+const LEAVE: Duration = Duration::from_secs(1);
+
+/// Does work that waits for others, to its end, and leaves what nobody waits for any more: a process that was told to stop does
+/// not go on for as long as the longest request computes.
+fn to_its_end(work: impl Future<Output = anyhow::Result<()>>) -> anyhow::Result<()> {
+    let runtime = Runtime::new().context("starting the threads")?;
+    let ended = runtime.block_on(work);
+    runtime.shutdown_timeout(LEAVE);
+    ended
 }
 
 /// Writes a line to standard output.
@@ -130,6 +145,18 @@ mod tests {
     #[test]
     fn the_command_line_is_sound() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn what_nobody_waits_for_is_left() {
+        let (end, ended) = std::sync::mpsc::channel::<()>();
+        let work = async move {
+            tokio::task::spawn_blocking(move || ended.recv());
+            Ok(())
+        };
+        to_its_end(work).unwrap();
+        // It would never have ended before.
+        drop(end);
     }
 
     #[test]

@@ -20,7 +20,6 @@ use sketchmatch::worker;
 ///
 /// # Errors
 /// What kept the server from starting, or broke it off.
-#[tokio::main]
 pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
     telemetry::log_panics();
     let shutdown = CancellationToken::new();
@@ -33,6 +32,7 @@ pub async fn run(options: &ServeOptions, log: &Log) -> anyhow::Result<()> {
         "starting"
     );
     let measures = telemetry::measures()?;
+    tokio::spawn(telemetry::keep_small(measures.clone()));
     tokio::spawn(telemetry::report_losses(log.losses()));
     let store = options.worker.cached(Store::open(&options.store.to_open()).await?);
     let admission = options.admission(&store).await?;

@@ -29,7 +29,6 @@ pub struct WorkOptions {
 ///
 /// # Errors
 /// What kept the node from starting, or broke it off.
-#[tokio::main]
 pub async fn run(options: &WorkOptions, log: &Log) -> anyhow::Result<()> {
     telemetry::log_panics();
     let shutdown = CancellationToken::new();
@@ -37,6 +36,7 @@ pub async fn run(options: &WorkOptions, log: &Log) -> anyhow::Result<()> {
     let (store, config) = (options.store.to_open(), options.worker.config());
     tracing::info!(version = env!("CARGO_PKG_VERSION"), ?store, worker = ?config, "starting");
     let measures = telemetry::measures()?;
+    tokio::spawn(telemetry::keep_small(measures.clone()));
     tokio::spawn(telemetry::report_losses(log.losses()));
     let store = options.worker.cached(Store::open(&store).await?);
     let watched = match &options.metrics_listen {

@@ -84,7 +84,9 @@ impl App {
     /// 429 where it may not.
     pub(super) async fn may_take(&self, bytes: usize, jobs: u64) -> Result<Option<Turn>, Problem> {
         let Limits { queued_jobs, stored_bytes, cpu_per_hour, .. } = self.config.tenant_limits;
-        if (queued_jobs, stored_bytes, cpu_per_hour) == (None, None, None) {
+        let is_limited =
+            jobs > 0 && (queued_jobs.is_some() || cpu_per_hour.is_some()) || bytes > 0 && stored_bytes.is_some();
+        if !is_limited {
             return Ok(None);
         }
         let turn = self.store.turn(TAKING).await;

@@ -45,6 +45,7 @@ mod results;
 mod security_headers;
 mod segmentation;
 mod shapes;
+mod single_flight;
 mod sketches;
 mod spectra;
 mod sweeps;
@@ -65,7 +66,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
-use tokio::sync::{Mutex, OnceCell, OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{OnceCell, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -87,6 +88,7 @@ use open_requests::OpenRequests;
 use origin::Origin;
 pub use preference::LONGEST_WAIT;
 use problem::Problem;
+use single_flight::SingleFlight;
 
 /// How long a change of a job made by another process may go unnoticed.
 const POLL: Duration = Duration::from_secs(15);
@@ -175,8 +177,8 @@ pub struct App {
     parsers: Arc<Semaphore>,
     memory: Arc<Semaphore>,
     reading: Arc<Semaphore>,
-    /// Held while the store is checked.
-    checks: Arc<Mutex<()>>,
+    /// What the last check of the store found.
+    readiness: Arc<SingleFlight<Result<(), Problem>>>,
     /// What the system knows of this process, as measures.
     process: metrics_process::Collector,
     examples: Examples,
@@ -228,7 +230,7 @@ impl App {
             metrics,
             shutdown,
             parsers: Arc::new(Semaphore::new(parsers)),
-            checks: Arc::default(),
+            readiness: Arc::default(),
             process,
             examples: Examples::default(),
             signer: Arc::default(),
@@ -333,6 +335,7 @@ impl App {
 /// Everything a server of these names answers, over `app`.
 fn router(app: App, hosts: Hosts) -> Router {
     let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
+    let origins: Arc<[Origin]> = app.config.cors_origins.as_slice().into();
     let door = Door(app.clone());
     let (routes, document) = openapi::routes();
     routes
@@ -347,6 +350,7 @@ fn router(app: App, hosts: Hosts) -> Router {
         .layer(CompressionLayer::new())
         .layer(map_request(representation::admit_uncompressed))
         .layer(map_response(representation::tag_compressed))
+        .layer(from_fn_with_state(origins, origin::checked))
         .layer(cors)
         .layer(from_fn(security_headers::added))
         .layer(from_fn(only_paths_there_are))

@@ -1,11 +1,22 @@
-//! Scripts of other sites: the origins they may call from.
+//! Pages of other sites: the origins they may call from.
+//!
+//! A browser asks before a script sends what a form could not; of forms it asks nothing, and where no key is needed a page of any
+//! site could have it upload files to a server on the same machine. It tells, though, that another site is behind it.
 
 use std::str::FromStr;
+use std::sync::Arc;
 
-use axum::http::{HeaderName, HeaderValue, Uri, header};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
 use tower_http::cors::{AllowHeaders, Any, CorsLayer};
 
 use super::PREFERENCE_APPLIED;
+use super::problem::{Fault, Problem};
+
+/// Where a browser says how far the page behind a request is from what it asks.
+const SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
 /// An origin as browsers write it, or any. It can only be built such that a browser can send it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,9 +79,47 @@ pub fn layer(origins: &[Origin]) -> CorsLayer {
     }
 }
 
+/// Lets a request through unless it would change something and comes from a page of another site that may not call.
+pub async fn checked(State(origins): State<Arc<[Origin]>>, request: Request, next: Next) -> Response {
+    if is_stray(&origins, request.method(), request.headers()) {
+        let detail = "pages of other sites do not change anything here: --cors-origin names those that may";
+        return Problem::of_fault(StatusCode::FORBIDDEN, Fault::in_header("origin", detail)).into_response();
+    }
+    next.run(request).await
+}
+
+fn is_stray(origins: &[Origin], method: &Method, headers: &HeaderMap) -> bool {
+    let may_call = |origin: &Origin| match origin {
+        Origin::Any => true,
+        Origin::Of(value) => headers.get(header::ORIGIN) == Some(value),
+    };
+    let is_foreign = headers.get(SITE).is_some_and(|site| site == "cross-site");
+    !method.is_safe() && is_foreign && !origins.iter().any(may_call)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pages_of_other_sites_change_nothing_unless_they_may_call() {
+        let headers = |site: &'static str| {
+            HeaderMap::from_iter([
+                (SITE, HeaderValue::from_static(site)),
+                (header::ORIGIN, HeaderValue::from_static("https://a.example")),
+            ])
+        };
+        let [listed, other]: [Origin; 2] = ["https://a.example", "https://b.example"].map(|text| text.parse().unwrap());
+        assert!(is_stray(&[], &Method::POST, &headers("cross-site")));
+        assert!(is_stray(std::slice::from_ref(&other), &Method::DELETE, &headers("cross-site")));
+        assert!(!is_stray(&[other, listed], &Method::POST, &headers("cross-site")));
+        assert!(!is_stray(&[Origin::Any], &Method::POST, &headers("cross-site")));
+        for (method, site) in [(Method::GET, "cross-site"), (Method::POST, "same-site"), (Method::POST, "same-origin")]
+        {
+            assert!(!is_stray(&[], &method, &headers(site)), "{method} {site}");
+        }
+        assert!(!is_stray(&[], &Method::POST, &HeaderMap::new()));
+    }
 
     #[test]
     fn takes_what_browsers_send() {

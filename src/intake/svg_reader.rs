@@ -54,6 +54,7 @@ pub fn read(program: &Path, svg: &[u8], wanted: Choice, config: &Config) -> io::
     }
     let answer = reader.wait_with_output()?;
     if !answer.status.success() {
+        tracing::warn!(status = %answer.status, "a reader of an SVG was ended");
         let gibibytes = MOST_BYTES >> 30;
         let detail = format!("the SVG takes more than {MOST_SECONDS} s or {gibibytes} GiB of memory to read");
         return Ok(Err(Refusal::plain(detail)));

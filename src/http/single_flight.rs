@@ -6,15 +6,15 @@ use tokio::sync::Mutex;
 use tokio::time::Instant;
 
 /// What was found last, and when one began to look.
-pub struct Shared<T>(Mutex<Option<(Instant, T)>>);
+pub struct SingleFlight<T>(Mutex<Option<(Instant, T)>>);
 
-impl<T> Default for Shared<T> {
-    fn default() -> Shared<T> {
-        Shared(Mutex::new(None))
+impl<T> Default for SingleFlight<T> {
+    fn default() -> SingleFlight<T> {
+        SingleFlight(Mutex::new(None))
     }
 }
 
-impl<T: Clone> Shared<T> {
+impl<T: Clone> SingleFlight<T> {
     /// What `look` finds; or what another found meanwhile who began after this was asked for, so that it is as new. One looks at a
     /// time: however many ask at once, two look.
     pub async fn asked(&self, look: impl Future<Output = T>) -> T {
@@ -43,16 +43,16 @@ mod tests {
 
     #[tokio::test]
     async fn of_many_who_ask_at_once_two_look_and_whoever_asks_later_looks_anew() {
-        let (shared, looks, all_asked) = (Shared::default(), AtomicUsize::new(0), Notify::new());
+        let (flight, looks, all_asked) = (SingleFlight::default(), AtomicUsize::new(0), Notify::new());
         let look = || async { looks.fetch_add(1, Ordering::Relaxed) + 1 };
-        let first = shared.asked(async {
+        let first = flight.asked(async {
             all_asked.notified().await;
             look().await
         });
-        let others = join_all((0..50).map(|_| shared.asked(look())));
+        let others = join_all((0..50).map(|_| flight.asked(look())));
         // Each is begun before the next, so that all have asked while the first looks.
         let (first, others, ()) = tokio::join!(first, others, async { all_asked.notify_one() });
         assert_eq!((first, others), (1, vec![2; 50]));
-        assert_eq!(shared.asked(look()).await, 3);
+        assert_eq!(flight.asked(look()).await, 3);
     }
 }
