@@ -21,6 +21,9 @@ const FOLLOWED: (f64, usize) = (0.08, 5);
 const REFINED: (f64, usize) = (0.015, 2);
 /// The distortion above which geodesic distances are believed rather than the view.
 const BENT: f64 = 0.075;
+/// How much less an answer by distances has to score than the view: it is made to have little distortion, so that little of it
+/// speaks less for such an answer than for another.
+const MADE_TO_FIT: f64 = 0.02;
 
 /// The best of the attempts, at least one, best first, once those that are nearly as good have found their poses, and the
 /// others.
@@ -61,7 +64,7 @@ pub fn believed(scene: &Scene<'_>, attempt: Attempt) -> Result<(Attempt, bool), 
     let none = &Landmarks::new(scene.shape, &[], scene.watch)?;
     let other = map.map(|map| attempt.clone().answering(scene, none, map));
     Ok(match other {
-        Some(other) if other.score() < attempt.score() => (other, true),
+        Some(other) if other.score() + MADE_TO_FIT < attempt.score() => (other, true),
         _ => (attempt, false),
     })
 }
