@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use super::output::Output;
 use super::{printed, read};
 use sketchmatch::export::picture::{self, Form};
+use sketchmatch::intake::mesh::MeshMeasures;
 use sketchmatch::intake::{self, Untaken, json, svg_reader};
 use sketchmatch::mesh::formats::{Format, Limits};
 use sketchmatch::numerics::Cancelled;
@@ -68,10 +69,14 @@ pub fn run(options: &MatchOptions) -> anyhow::Result<()> {
         .and_then(|kind| intake::sketch::taken(&drawing, kind, (None, 0), &limits, Some(&reader)))
         .map_err(|untaken| reasons(&options.sketch, &untaken))?;
     let mesh_name = options.mesh.file_name().and_then(|name| name.to_str());
-    let mesh = intake::mesh::format(&solid, None, None, mesh_name)
-        .and_then(|format| intake::mesh::taken(&solid, format, &Limits::default()))
+    let (mesh, up) = intake::mesh::format(&solid, None, None, mesh_name)
+        .and_then(|format| {
+            let mesh = intake::mesh::taken(&solid, format, &Limits::default())?;
+            let up = MeshMeasures::of(&mesh, format).up;
+            Ok((mesh, up))
+        })
         .map_err(|untaken| reasons(&options.mesh, &untaken))?;
-    let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?;
+    let settings = settings(options, sketch.sketch.mesh().positions().len(), mesh.mesh.positions().len())?.standing(up);
     let started = Instant::now();
     let clock = || started.elapsed().as_secs_f64() * 1e3;
     let surroundings =

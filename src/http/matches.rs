@@ -15,7 +15,7 @@ use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
 use crate::intake::mesh::MeshMeasures;
 use crate::jobs::Task;
-use crate::pipeline::request::{Alignment, Direction, MatchRequest, Regions};
+use crate::pipeline::request::{MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
 use crate::store::{Kind, Shape, Unkept};
@@ -74,10 +74,8 @@ pub(super) async fn payload(
     let up = mesh.as_ref().and_then(known_up);
     let mesh = mesh.map(|mesh| (mesh.vertices, mesh.matched));
     let config = app.config.clone();
-    let mut settings = app.off_runtime(move || settings(&request, sketch, mesh, &config, faults)).await??;
-    if let (Alignment::View { .. }, Some(up)) = (&settings.alignment, up) {
-        settings.up.mesh.get_or_insert(Direction::Along(up));
-    }
+    let settings = app.off_runtime(move || settings(&request, sketch, mesh, &config, faults)).await??;
+    let mut settings = settings.standing(up);
     let faults = faults_on_shapes(app, &settings, inline.as_ref()).await?;
     if !faults.is_empty() {
         return Err(unfit(faults));
@@ -155,10 +153,9 @@ async fn named(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> Resu
     Ok(shape)
 }
 
-/// What the answer to the upload of a mesh said is up on it, where that is sure enough.
-fn known_up(mesh: &Shape) -> Option<[f64; 3]> {
-    let told: MeshMeasures = serde_json::from_value(mesh.body.clone()).ok()?;
-    told.up.filter(Up::is_sure).map(|up| up.direction)
+/// What the answer to the upload of a mesh said is up on it.
+fn known_up(mesh: &Shape) -> Option<Up> {
+    serde_json::from_value::<MeshMeasures>(mesh.body.clone()).ok()?.up
 }
 
 /// Lists the matches, newest first.

@@ -8,6 +8,7 @@ use super::request::{
     Alignment, Columns, Conversion, Coupling, Direction, FunctionPair, GivenMap, Landmark, MatchRequest, Part, Preset,
     Refinement, Regions, SpectralScale, Ups,
 };
+use crate::alignment::prepared::standing::Up;
 use crate::functional_map::regulariser::{L1, Regulariser};
 use crate::functional_map::term::Term;
 use crate::functional_map::weights::{self, Weights};
@@ -95,6 +96,14 @@ pub struct Wave {
 }
 
 impl Settings {
+    /// The settings with what was found to be up on the mesh, where that is sure and they say nothing of it.
+    pub fn standing(mut self, up: Option<Up>) -> Settings {
+        if let (Alignment::View { .. }, Some(up)) = (&self.alignment, up.filter(Up::is_sure)) {
+            self.up.mesh.get_or_insert(Direction::Along(up.direction));
+        }
+        self
+    }
+
     /// The settings of the thesis, §4.1, or those that measured best without a hand, for the given shapes.
     fn preset(preset: Preset, mesh: String, sketch: String) -> Settings {
         let thesis = Settings {
