@@ -6,6 +6,7 @@ use super::Sheet;
 use super::leaks::leaks;
 use crate::mesh::disjoint_sets::DisjointSets;
 use crate::raster::bitmap::Bitmap;
+use crate::raster::enclosed::parts;
 use crate::raster::neighbourhood::{dilated, opened};
 use crate::raster::pieces::{Pieces, Run};
 
@@ -45,12 +46,17 @@ const CORNER: f64 = 0.02;
 /// where it takes less than this share of what that ground does.
 const LONE: f64 = 0.35;
 
+/// The share of a sheet that a paper on it takes which has an edge all round.
+const PLATE: f64 = 0.15;
+
 /// The ground of a sheet.
 pub(super) struct Ground {
     /// What is joined with a corner of the sheet without an edge between.
     pub seen: Bitmap,
     /// The pieces of it, each of one ground.
     pub pieces: Vec<Bitmap>,
+    /// Of a photograph what else has hardly an edge within and takes a good part of it: papers that lie on others.
+    pub plates: Vec<Bitmap>,
     /// How much each pixel differs from the ground, row by row, in 255ths; 0 off the sheet.
     pub contrast: Vec<u8>,
     /// How much lighter or darker each is, in 255ths.
@@ -75,6 +81,7 @@ impl Ground {
         };
         let steady = steady(colours, sheet, STEADY.max(noise.saturating_mul(2)));
         let pieces = joined_with_corners(&steady, sheet);
+        let plates = if noise > 0 { plates(&steady, &pieces, sheet) } else { Vec::new() };
         let pieces = if lined { beyond_lines(colours, &steady, &pieces) } else { pieces };
         let leaks = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(&leaks(colours, piece, sheet)));
         let pieces: Vec<Bitmap> = pieces.iter().map(|piece| piece.without(&leaks)).collect();
@@ -103,7 +110,7 @@ impl Ground {
             let alike = alike(&steady, &contrast);
             seen = seen.or(&edges(colours, &seen.or(&alike)));
         }
-        Ground { seen, pieces, contrast, shade, noise, grain }
+        Ground { seen, pieces, plates, contrast, shade, noise, grain }
     }
 }
 
@@ -299,6 +306,12 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
         }
     }
     grounds
+}
+
+/// The large pieces of what is steady that are none of the grounds.
+fn plates(steady: &Bitmap, grounds: &[Bitmap], sheet: &Sheet) -> Vec<Bitmap> {
+    let least = (PLATE * sheet.area.area() as f64) as usize;
+    parts(steady, least).into_iter().filter(|part| grounds.iter().all(|ground| ground.and(part).area() == 0)).collect()
 }
 
 /// Grounds with the pieces of what is steady that continue them: those beyond a thin line along which the colours are the same

@@ -3,6 +3,7 @@
 use super::Sheet;
 use super::binding::binding;
 use super::border;
+use super::edge::edge;
 use super::faint;
 use super::floor::floor;
 use super::ground::{Ground, exceeded};
@@ -90,7 +91,10 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let faintest = LEAST_CONTRAST.max(noise);
     let mut least = faintest;
     let mut ink = above(ground, sheet, least);
-    let bound = if ground.noise > 0 { binding(&ink, sheet) } else { Bitmap::new(ink.width(), ink.height()) };
+    let mut bound = edge(&ink, sheet);
+    if ground.noise > 0 {
+        bound = bound.or(&binding(&ink, sheet));
+    }
     ink = ink.without(&bound);
     let band = sheet.border(BAND * sheet.area.width().max(sheet.area.height()) as f64);
     // Lines that run over the border are squares or rules, which are no scene.
@@ -105,6 +109,8 @@ pub(super) fn drawn(ground: &Ground, sheet: &Sheet) -> Drawn {
     let stretches =
         if is_uneven { stretches(ground, &ink).without(&bound) } else { Bitmap::new(ink.width(), ink.height()) };
     let seen = ink.or(&stretches);
+    bound = bound.or(&edge(&seen, sheet));
+    let seen = seen.without(&bound);
     let kept = without_rules(&seen, ground, sheet);
     let rules = seen.without(&kept);
     let ink = faint::continued(&ink.and(&kept), &stretches.and(&kept));

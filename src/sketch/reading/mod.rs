@@ -9,6 +9,7 @@ mod binding;
 mod border;
 pub(crate) mod canvas;
 mod closing;
+mod edge;
 mod enclosure;
 mod faint;
 mod figures;
@@ -24,12 +25,14 @@ mod sheet;
 mod slits;
 mod strokes;
 
+use std::iter::once_with;
+
 use canvas::Canvas;
 use enclosure::Body;
 use figures::Figure;
 use ground::Ground;
 use ink::{Drawn, Ink};
-use sheet::Sheet;
+use sheet::{Sheet, Upon};
 
 use super::Line;
 use super::SeenFigure;
@@ -103,19 +106,19 @@ impl Reading {
         let colours = canvas.on_page();
         let mut sheet = Sheet { sides: canvas.own, ..Sheet::whole(canvas.width, canvas.height) };
         let mut sheets = Vec::new();
-        let (mut drawn, mut grounds) = drawn_on(&colours, &sheet);
+        let mut seen = Seen::of(&colours, &sheet);
         while sheets.len() < MOST_SHEETS
-            && let Drawn::Ink(ink) | Drawn::Scene(ink) = &drawn
-            && let Some(upon) = sheet.upon(&ink.all).or_else(|| sheet.paper(&grounds))
+            && let Drawn::Ink(ink) | Drawn::Scene(ink) = &seen.drawn
+            && let Some((upon, inner)) = once_with(|| sheet.upon(&ink.all))
+                .chain(once_with(|| sheet.paper(&seen.grounds)))
+                .chain(once_with(|| sheet.plate(&seen.plates)))
+                .flatten()
+                .find_map(|upon| upon.carrying(&colours))
         {
-            let (inner, its_grounds) = drawn_on(&colours, &upon.sheet);
-            if !matches!(&inner, Drawn::Ink(ink) if upon.carries(&ink.all)) {
-                break;
-            }
             sheets.push(upon.bounds);
-            (sheet, drawn, grounds) = (upon.sheet, inner, its_grounds);
+            (sheet, seen) = (upon.sheet, inner);
         }
-        let ink = match drawn {
+        let ink = match seen.drawn {
             Drawn::Ink(ink) => ink,
             Drawn::Nothing => return Err(Refusal::plain(BLANK)),
             Drawn::Scene(_) => return Err(Refusal::plain(SCENE)),
@@ -211,15 +214,32 @@ fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {
     Refusal { faults: vec![Fault::plain(detail).at([x, y])] }
 }
 
-/// What is drawn on a sheet, and the grounds it is drawn on.
-fn drawn_on(colours: &[[u8; 3]], sheet: &Sheet) -> (Drawn, Vec<Bitmap>) {
-    let look = |lined: bool| {
-        let ground = Ground::of(colours, sheet, lined);
-        (ink::drawn(&ground, sheet), ground.pieces)
-    };
-    match look(false) {
-        (Drawn::Ink(ink) | Drawn::Scene(ink), _) if ink.patterned => look(true),
-        seen => seen,
+/// What is seen on a sheet: what is drawn there, on what grounds, and what may be papers.
+struct Seen {
+    drawn: Drawn,
+    grounds: Vec<Bitmap>,
+    plates: Vec<Bitmap>,
+}
+
+impl Seen {
+    fn of(colours: &[[u8; 3]], sheet: &Sheet) -> Seen {
+        let look = |lined: bool| {
+            let ground = Ground::of(colours, sheet, lined);
+            Seen { drawn: ink::drawn(&ground, sheet), grounds: ground.pieces, plates: ground.plates }
+        };
+        match look(false) {
+            Seen { drawn: Drawn::Ink(ink) | Drawn::Scene(ink), .. } if ink.patterned => look(true),
+            seen => seen,
+        }
+    }
+}
+
+impl Upon {
+    /// The sheet with what is seen on it, where that is a figure.
+    fn carrying(self, colours: &[[u8; 3]]) -> Option<(Upon, Seen)> {
+        let seen = Seen::of(colours, &self.sheet);
+        let carries = matches!(&seen.drawn, Drawn::Ink(ink) if self.carries(&ink.all));
+        carries.then_some((self, seen))
     }
 }
 

@@ -115,6 +115,20 @@ impl Sheet {
         self.within(ink).or_else(|| self.within(&largest()?))
     }
 
+    /// The sheet that one of the plates seen on this one may be: a paper of four sides, or one that runs over the border.
+    pub fn plate(&self, plates: &[Bitmap]) -> Option<Upon> {
+        let border = self.border(1.0);
+        plates.iter().find_map(|plate| {
+            let corners = hull(plate);
+            let area = polygon(&corners, plate.width(), plate.height()).area() as f64;
+            if has_four_sides(&corners, area) || plate.and(&border).area() > 0 {
+                self.paper(std::slice::from_ref(plate))
+            } else {
+                None
+            }
+        })
+    }
+
     /// The sheet that one of the grounds seen on this one may be: a paper of which the desk shows at some sides only.
     pub fn paper(&self, grounds: &[Bitmap]) -> Option<Upon> {
         let all = self.area.area() as f64;
@@ -140,8 +154,7 @@ impl Sheet {
         let area = shape.area() as f64;
         let of_box = area / (bounds.width() * bounds.height()) as f64;
         let is_large = area >= LEAST_SHARE * self.area.area() as f64;
-        let has_four_sides = of_box >= OF_BOX
-            || corners.len() <= MOST_CORNERS && largest_quadrilateral(&corners) >= OF_QUADRILATERAL * area;
+        let has_four_sides = of_box >= OF_BOX || has_four_sides(&corners, area);
         let is_round = (of_box - FRAC_PI_4).abs() <= OFF_ROUND;
         if !is_large || !has_four_sides && !is_round {
             return None;
@@ -216,6 +229,11 @@ fn push_convex(side: &mut Vec<[f64; 2]>, point: [f64; 2], turn: f64) {
 /// Twice the area of the triangle of three points, positive where they turn right as y points down.
 fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Whether a convex ring about this area has four sides.
+fn has_four_sides(corners: &[[f64; 2]], area: f64) -> bool {
+    corners.len() <= MOST_CORNERS && largest_quadrilateral(corners) >= OF_QUADRILATERAL * area
 }
 
 /// The area of the largest quadrilateral of a convex ring's corners.

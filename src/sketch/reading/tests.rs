@@ -733,6 +733,31 @@ fn a_paper_whose_desk_shows_at_two_sides_is_the_sheet() {
 }
 
 #[test]
+fn a_paper_with_another_beside_it_is_the_sheet() {
+    // Both lie on dark wood, and what is drawn on neither reaches a corner of the picture.
+    let wood = |x: u32, y: u32| [90 + (x * 7 % 5 * 12 + y * 3 % 7 * 6) as u8, 60 + (x * 3 % 7 * 8) as u8, 40];
+    let grain = |x: u32, y: u32| (x * 13 + y * 7) as u8 % 4;
+    let ground = |x: u32, y: u32| {
+        let is_paper = (22..378).contains(&x) && (30..470).contains(&y);
+        let is_other = x < 60 && y < 120 && !is_paper;
+        let light = if is_paper { 226 } else { 190 };
+        if is_paper || is_other { [light + grain(x, y); 3] } else { wood(x, y) }
+    };
+    let read = png(person(|x, y| [30 + grain(x, y); 3], ground));
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
+    assert!(is_whole(read));
+}
+
+#[test]
+fn the_shade_along_the_border_of_a_scan_is_no_part_of_the_figure() {
+    let shade = |x: u32, y: u32| {
+        let within = f64::from((400 - x).min(500 - y));
+        if within < 14.0 { 0.5 - 0.03 * within } else { 0.0 }
+    };
+    assert!(is_whole(png(photographed([245.0, 1.0], |_| 0.6, shade))));
+}
+
+#[test]
 fn a_frame_of_any_width_is_not_the_figure() {
     for width in [4, 8, 10, 14, 20] {
         let frame = format!(r#"<path d="M15 15H385V485H15Z" fill="none" stroke="black" stroke-width="{width}"/>"#);
