@@ -67,7 +67,7 @@ pub async fn create(
         let found = known.evaluation(&mesh, &at, &to);
         written(&found, media_type)
     };
-    wanted.answer_once(&app, write).await
+    wanted.at_length().answer_once(&app, write).await
 }
 
 fn written(found: &Evaluation, media_type: &str) -> Result<Bytes, Unwritten> {

@@ -10,7 +10,7 @@ use super::problem::Problem;
 use super::query::Id;
 use super::representation::{OCTETS, SAFETENSORS, Wanted};
 use super::transfers::Matched;
-use super::{App, memory, resource};
+use super::{App, keeping, memory, resource};
 use crate::export::inside;
 use crate::jobs::Caches;
 use crate::numerics::Unwatched;
@@ -56,5 +56,6 @@ async fn made(app: &App, id: &str) -> Result<Bytes, Problem> {
         let found = Inside::of(&sketch, &mesh, &result, &spectra, &Unwatched).map_err(Problem::internal)?;
         inside::safetensors(&found, &result).map_err(Problem::internal)
     };
-    app.with_memory(memory, write).await?
+    let memory = app.room_for(memory).await?;
+    app.at_length(keeping(memory, write)).await?
 }

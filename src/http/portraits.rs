@@ -22,7 +22,7 @@ use crate::store::{Kind, SourceFile};
 const WIDTH: u32 = 400;
 
 /// How the picture of a shape is to be.
-#[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct PortraitQuery {
@@ -100,5 +100,5 @@ async fn drawn<E: Display + Send + 'static>(
 ) -> Result<Response, Problem> {
     let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
     let draw = move |media_type| draw(media_type, width);
-    wanted.answer_made_of(app, (id.into(), format!("portrait {width}")), ready(Ok(draw))).await
+    wanted.at_length().answer_made_of(app, (id.into(), format!("portrait {width}")), ready(Ok(draw))).await
 }

@@ -116,5 +116,5 @@ async fn answered(
         };
         written.map_err(|error| error.to_string())
     };
-    wanted.answer(app, write).await
+    wanted.at_length().answer(app, write).await
 }

@@ -14,7 +14,7 @@ use super::pictures::GLB;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, NPY, Wanted};
-use super::{App, memory, resource, shapes};
+use super::{App, keeping, memory, resource, shapes};
 use crate::export::transfer;
 use crate::intake::{json, sketch as drawings};
 use crate::jobs::Caches;
@@ -78,7 +78,8 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
         };
         Ok::<_, Problem>((moved, to))
     };
-    let (moved, to) = app.with_memory(taken, work).await??;
+    let memory = app.room_for(taken).await?;
+    let (moved, to) = app.at_length(keeping(memory, work)).await??;
     let write = move |media_type| match media_type {
         GLB => transfer::glb(&moved, &to),
         NPY => Ok(transfer::npy(&moved)),
@@ -176,7 +177,8 @@ pub async fn inverse(
         let matched = Matched::of(&app, &id).await?;
         let memory = memory::of_spectrum(matched.mesh.positions().len(), matched.result.c.rows);
         let spectra = Caches::new(app.store.clone());
-        let body = app.with_memory(memory, move || matched.inverse(by, &spectra)).await??;
+        let memory = app.room_for(memory).await?;
+        let body = app.at_length(keeping(memory, move || matched.inverse(by, &spectra))).await??;
         Ok(move |_| Ok::<_, Infallible>(body))
     };
     wanted.answer_made_of(&app, (source, format!("inverse {by:?}")), fetched).await
