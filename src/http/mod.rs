@@ -14,6 +14,7 @@ mod front_page;
 mod functions;
 mod geometry;
 mod health;
+mod held;
 mod host;
 mod idempotency;
 mod inline_sketch;
