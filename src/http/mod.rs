@@ -227,6 +227,18 @@ fn keeping<T>(
     }
 }
 
+/// What was taken into the queue.
+///
+/// # Errors
+/// 503 where it is full; 404 where a shape was deleted meanwhile.
+fn taken<T>(submitted: Submitted<T>) -> Result<T, Problem> {
+    match submitted {
+        Submitted::Taken(taken) => Ok(taken),
+        Submitted::Full => Err(Problem::busy("the queue is full", 10)),
+        Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
+    }
+}
+
 /// Permits for this many bytes.
 fn grains(bytes: usize) -> u32 {
     u32::try_from(bytes.div_ceil(body::MEMORY_GRAIN)).unwrap_or(u32::MAX)
@@ -344,20 +356,34 @@ impl App {
     /// # Errors
     /// 429 where the tenant has as many jobs as it may; 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
     async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
-        let queue = self.config.max_queue;
-        let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
-        let places = Places { queue, of_kind };
-        let job = &NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job };
+        let (job, places) = (&self.traced(job), self.places(job.kind));
         let _turn = self.may_take(shape.as_ref().map_or(0, Unkept::bytes), 1).await?;
         let submitted = match shape {
             Some(shape) => self.store.submit_with(shape, job, places).await?,
             None => self.store.submit(job, places).await?,
         };
-        match submitted {
-            Submitted::Taken(job) => Ok(*job),
-            Submitted::Full => Err(Problem::busy("the queue is full", 10)),
-            Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
-        }
+        Ok(*taken(submitted)?)
+    }
+
+    /// Puts jobs of one kind into the queue together: all or none.
+    ///
+    /// # Errors
+    /// As of [`queued`](Self::queued).
+    async fn queued_together(&self, kind: &str, jobs: &[NewJob<'_>]) -> Result<Vec<Job>, Problem> {
+        let jobs: Vec<NewJob> = jobs.iter().map(|job| self.traced(job)).collect();
+        let _turn = self.may_take(0, jobs.len() as u64).await?;
+        taken(self.store.submit_all(&jobs, self.places(kind)).await?)
+    }
+
+    /// The job as part of the trace that the request is part of.
+    fn traced<'a>(&'a self, job: &NewJob<'a>) -> NewJob<'a> {
+        NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job }
+    }
+
+    /// The places of the queue, and those of them that jobs of a kind may take.
+    fn places(&self, kind: &str) -> Places {
+        let queue = self.config.max_queue;
+        Places { queue, of_kind: jobs::kind(kind).map_or(queue, |kind| kind.places(queue)) }
     }
 
     /// Waits for a change of a job, but not for ever: another process may have made one. False once the server is to
