@@ -12,7 +12,6 @@ use super::representation::{OCTETS, SAFETENSORS, Wanted};
 use super::transfers::{Matched, outcome};
 use super::{App, memory, resource};
 use crate::export::inside;
-use crate::jobs::Caches;
 use crate::numerics::Unwatched;
 use crate::pipeline::{Inside, Settings, functions};
 use crate::store::Shape;
@@ -53,7 +52,7 @@ async fn made(app: &App, result: Bytes) -> Result<Bytes, Problem> {
     // The blocks, A and B made of them, and the file.
     let besides = |mesh: &Shape| memory::of_spectrum(mesh.vertices, k) + 3 * size_of::<f64>() * numbers;
     let matched = Matched::of(app, result, besides).await?;
-    let spectra = Caches::new(app.store.clone());
+    let spectra = matched.spectra(app);
     let write = move || {
         let (result, (sketch, mesh)) = (&matched.result, &*matched.shapes);
         let found = Inside::of(sketch, mesh, result, &spectra, &Unwatched).map_err(Problem::internal)?;

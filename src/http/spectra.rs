@@ -179,7 +179,7 @@ impl Asked {
             return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
         }
         let key = SpectrumKey { shape_hash, boundary: self.boundary };
-        Ok(match app.store.spectrum(&key, self.k).await? {
+        Ok(match app.store.spectrum_of_any(&key, self.k).await? {
             Some(spectrum) => {
                 Found::Spectrum(Box::new(shape.map(|(mesh, figure)| Decomposed { spectrum, figure, mesh })))
             }
@@ -248,6 +248,8 @@ fn too_many(most: usize) -> Problem {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
     use std::pin::pin;
 
     use metrics_exporter_prometheus::PrometheusBuilder;
@@ -258,14 +260,14 @@ mod tests {
     use super::*;
     use crate::http::Config;
     use crate::mesh::solids::sheet;
-    use crate::numerics::Unwatched;
+    use crate::numerics::{Unwatched, instruction_set};
     use crate::spectral::spectrum;
     use crate::store::Source;
-    use crate::store::testing::fresh;
+    use crate::store::testing::{Place, fresh};
 
-    #[tokio::test]
-    async fn what_is_read_waits_for_room_and_gives_it_back() {
-        let (_directory, store) = fresh().await;
+    /// What answers, and a mesh whose spectrum is known.
+    async fn known() -> (Place, App, String) {
+        let (place, store) = fresh().await;
         let flat = Figure::largest(&sheet(6, 3).into()).mesh;
         let key = SpectrumKey { shape_hash: flat.content_hash(), boundary: Boundary::Neumann };
         let kept = spectrum(&flat, DEFAULT_EIGENPAIRS, Boundary::Neumann, &Unwatched).unwrap();
@@ -273,14 +275,32 @@ mod tests {
         let source = Source { bytes: "v".into(), media_type: "model/obj".to_owned(), parameters: String::new() };
         let mesh = store.insert_mesh(flat.into(), source, None, json!({})).await.unwrap().0.id;
         let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        (place, App::new(store, Config::default(), measures, CancellationToken::new()), mesh)
+    }
 
-        let others = app.room_for(usize::MAX).await.ok().unwrap();
+    async fn answered(app: &App, mesh: &str) -> StatusCode {
         let query = Query(SpectrumQuery { k: None, boundary: None });
-        let mut answer = pin!(of_mesh(app.clone(), Id(mesh), query, HeaderMap::new()));
+        of_mesh(app.clone(), Id(mesh.to_owned()), query, HeaderMap::new()).await.into_response().status()
+    }
+
+    #[tokio::test]
+    async fn what_is_read_waits_for_room_and_gives_it_back() {
+        let (_place, app, mesh) = known().await;
+        let others = app.room_for(usize::MAX).await.ok().unwrap();
+        let mut answer = pin!(answered(&app, &mesh));
         assert!(timeout(Duration::from_millis(200), &mut answer).await.is_err());
         drop(others);
-        let answer = timeout(Duration::from_secs(20), answer).await.unwrap().ok().unwrap();
-        assert_eq!((answer.status(), app.reading_bytes()), (StatusCode::OK, 0));
+        let status = timeout(Duration::from_secs(20), answer).await.unwrap();
+        assert_eq!((status, app.reading_bytes()), (StatusCode::OK, 0));
+    }
+
+    #[tokio::test]
+    async fn what_a_node_of_another_instruction_set_has_kept_is_answered() {
+        let (place, app, mesh) = known().await;
+        let within = |folder: &Path| fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
+        let own = within(&within(&place.path().join("data/blobs/spectra")));
+        let other = own.with_file_name(own.file_name().unwrap().to_str().unwrap().replace(instruction_set(), "other"));
+        fs::rename(own, other).unwrap();
+        assert_eq!(answered(&app, &mesh).await, StatusCode::OK);
     }
 }

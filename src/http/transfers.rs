@@ -62,7 +62,7 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
     let (rows, drawn) = (result.c.rows, drawing.as_ref().map_or(0, |drawing| drawing.memory));
     let besides = |mesh: &store::Shape| memory::of_spectrum(mesh.vertices, rows).saturating_add(drawn);
     let matched = Matched::of(&app, result, besides).await?;
-    let spectra = Caches::new(app.store.clone());
+    let spectra = matched.spectra(&app);
     let media_type = wanted.media_type();
     let work = move || {
         let (result, (sketch, mesh)) = (&matched.result, &*matched.shapes);
@@ -114,6 +114,11 @@ impl Matched {
     ) -> Result<Matched, Problem> {
         let shapes = shapes::both(app, (&result.sketch, &result.mesh), besides).await?;
         Ok(Matched { result, shapes })
+    }
+
+    /// The spectra that it is looked at by.
+    pub fn spectra(&self, app: &App) -> Caches {
+        Caches::of_match(app.store.clone(), &self.result.mesh, &self.result.sketch)
     }
 
     /// The points back as JSON.
@@ -201,7 +206,7 @@ pub async fn inverse(
         let result = outcome(&app, source.clone()).await?;
         let rows = result.c.rows;
         let matched = Matched::of(&app, result, |mesh| memory::of_spectrum(mesh.vertices, rows)).await?;
-        let spectra = Caches::new(app.store.clone());
+        let spectra = matched.spectra(&app);
         let body = app.at_length(move || matched.inverse(by, &spectra)).await??;
         Ok(move |_| Ok::<_, Infallible>(body))
     };
