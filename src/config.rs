@@ -191,7 +191,7 @@ pub struct ServeOptions {
     /// All uploads that are in memory at one time.
     #[arg(long, env = "SKETCHMATCH_MAX_UPLOADS_BYTES", default_value_t = size(http::Config::default().max_uploads_bytes))]
     pub max_uploads_bytes: ByteSize,
-    /// Memory that reading takes at one time: pictures decoded, trees of documents, meshes.
+    /// Memory that reading takes at one time: pictures decoded, trees of documents, meshes, what answers are made of.
     #[arg(long, env = "SKETCHMATCH_MAX_READING_BYTES", default_value_t = size(http::Config::default().max_reading_bytes))]
     pub max_reading_bytes: ByteSize,
     /// Triangles of a mesh that are matched; of up to four times as many the surface is made coarser.

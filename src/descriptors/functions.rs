@@ -42,6 +42,14 @@ impl Kind {
         }
     }
 
+    /// How many there are of it at most for a spectrum of k pairs.
+    pub const fn most_columns(self, k: usize, sampling: Sampling) -> usize {
+        match self {
+            Kind::Eigenfunctions | Kind::GlobalPointSignature => k,
+            Kind::HeatKernel | Kind::WaveKernel => sampling.count,
+        }
+    }
+
     /// These of them at the vertices, n × columns: of the spectrum as it is, in its units.
     ///
     /// Times and energies are sampled as those of a match, of which this is the sketch.
@@ -78,6 +86,7 @@ mod tests {
             let columns = kind.columns(&spectrum, sampling);
             let all = kind.at_vertices(&spectrum, sampling, 0..columns);
             assert_eq!(all.shape(), (54, columns), "{kind:?}");
+            assert!(columns <= kind.most_columns(12, sampling), "{kind:?}");
             let some = kind.at_vertices(&spectrum, sampling, 3..5);
             assert!((some - all.subcols(3, 2)).norm_max() < 1e-12, "{kind:?}");
         }

@@ -56,7 +56,7 @@ pub async fn create(
         return Err(Problem::of_fault(StatusCode::NOT_ACCEPTABLE, fault));
     }
     let Some(to) = result.answers(query.alternative) else { return Err(no_alternative(result.alternatives.len())) };
-    let mesh = shapes::mesh(&app, &result.mesh).await?;
+    let mesh = shapes::mesh(&app, &result.mesh, |_| 0).await?;
     let faults = known.faults(to.len(), mesh.positions().len());
     if !faults.is_empty() {
         let faults = faults.into_iter().map(|fault| Fault::at_pointer(fault.pointer, fault.detail));
@@ -67,7 +67,7 @@ pub async fn create(
         let found = known.evaluation(&mesh, &at, &to);
         written(&found, media_type)
     };
-    wanted.answer_once(&app, write).await
+    wanted.at_length().answer_once(&app, write).await
 }
 
 fn written(found: &Evaluation, media_type: &str) -> Result<Bytes, Unwritten> {

@@ -10,7 +10,7 @@ use super::pictures::{GLB, PNG, width};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{NPY, OCTETS, SAFETENSORS, Wanted};
-use super::spectra::{Asked, Found};
+use super::spectra::{Asked, Decomposed, Found};
 use crate::descriptors::functions::{Kind as Function, Sampling};
 use crate::export::functions;
 use crate::spectral::Boundary;
@@ -101,12 +101,13 @@ async fn answered(
     let sampling = sampling(&query)?;
     let wide = width(query.width, WIDTH)?;
     let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
-    let (spectrum, figure, mesh) = match asked.found(app).await? {
-        Found::Spectrum(found) => *found,
+    let found = match asked.found(app, query.kind.most_columns(asked.k, sampling)).await? {
+        Found::Spectrum(found) => found,
         Found::Pending(pending) => return Ok(pending),
     };
-    let spectrum = spectrum.at_unit_area(asked.k);
-    let columns = query.kind.columns(&spectrum, sampling);
+    let at_unit_area = move |found: Decomposed| Decomposed { spectrum: found.spectrum.at_unit_area(asked.k), ..found };
+    let found = app.off_runtime(move || found.map(at_unit_area)).await?;
+    let (columns, vertices) = (query.kind.columns(&found.spectrum, sampling), found.figure.of_file().len());
     let all = ![GLB, PNG].contains(&wanted.media_type());
     let column = query.column.unwrap_or(0);
     if !all && column >= columns {
@@ -114,19 +115,19 @@ async fn answered(
         return Err(Problem::not_there("there is no such function", Fault::in_query("column", detail)));
     }
     let shown = if all { 0..columns } else { column..column + 1 };
-    let size = figure.of_file().len().saturating_mul(shown.len() * size_of::<f64>());
+    let size = vertices.saturating_mul(shown.len() * size_of::<f64>());
     if size > LARGEST_ANSWER {
-        let detail =
-            format!("{} functions of {} vertices are too many for one answer", columns, figure.of_file().len());
+        let detail = format!("{columns} functions of {vertices} vertices are too many for one answer");
         return Err(Problem::refused("the answer would be too large", vec![Fault::in_query("count", detail)]));
     }
     let write = move |media_type| {
-        let values = query.kind.at_vertices(&spectrum, sampling, shown);
+        let Decomposed { spectrum, figure, mesh } = &*found;
+        let values = query.kind.at_vertices(spectrum, sampling, shown);
         match media_type {
-            NPY | OCTETS => Ok(functions::npy(&values, &figure)),
-            SAFETENSORS => functions::safetensors(&values, &figure),
-            GLB => functions::glb(&values, &figure, &mesh),
-            _ => functions::png(&values, &figure, &mesh, wide),
+            NPY | OCTETS => Ok(functions::npy(&values, figure)),
+            SAFETENSORS => functions::safetensors(&values, figure),
+            GLB => functions::glb(&values, figure, mesh),
+            _ => functions::png(&values, figure, mesh, wide),
         }
     };
     wanted.answer(app, write).await

@@ -35,7 +35,7 @@ fn written(geometry: &Geometry<'_>, media_type: &str) -> Result<Bytes, Unwritten
 )]
 pub async fn of_mesh(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, SAFETENSORS, NPY, GLB])?;
-    let mesh = shapes::mesh(&app, &id).await?;
+    let mesh = shapes::mesh(&app, &id, |_| 0).await?;
     let write = move |media_type| match media_type {
         GLB => Ok(picture::mesh_glb(&mesh)?.into()),
         _ => {
@@ -60,7 +60,7 @@ pub async fn of_mesh(app: App, Id(id): Id, headers: HeaderMap) -> Result<Respons
 )]
 pub async fn of_sketch(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, SAFETENSORS, NPY])?;
-    let sketch = shapes::sketch(&app, &id).await?;
+    let sketch = shapes::sketch(&app, &id, |_| 0).await?;
     let write = move |media_type| {
         let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
         let vertices = Coordinates::Plane(&vertices);

@@ -107,7 +107,10 @@ pub(super) fn describe() {
         FREE,
         "Bytes that are free on the disk of the data directory; not a number where nothing is kept on one."
     );
-    describe_gauge!(READING, "Bytes of memory set aside for drawings and meshes that are being read, as estimated.");
+    describe_gauge!(
+        READING,
+        "Bytes of memory set aside for drawings, meshes and spectra that are being read, as estimated."
+    );
     describe_gauge!(BUILD, "1, with the version of the program.");
     metrics::gauge!(BUILD, "version" => env!("CARGO_PKG_VERSION")).set(1);
 }

@@ -9,12 +9,12 @@ use bytes::Bytes;
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::{OCTETS, SAFETENSORS, Wanted};
-use super::transfers::Matched;
+use super::transfers::{Matched, outcome};
 use super::{App, memory, resource};
 use crate::export::inside;
-use crate::jobs::Caches;
 use crate::numerics::Unwatched;
 use crate::pipeline::{Inside, Settings, functions};
+use crate::store::Shape;
 
 /// Numbers of A and B together at most: half a gigabyte.
 const LARGEST: usize = 1 << 26;
@@ -35,26 +35,28 @@ pub async fn read(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, 
     let wanted = Wanted::negotiated(headers, &[SAFETENSORS, OCTETS])?;
     let source = resource::result::<Settings>(&app, &id).await?;
     let fetched = async {
-        let body = made(&app, &id).await?;
+        let body = made(&app, source.clone()).await?;
         Ok(move |_| Ok::<_, Infallible>(body))
     };
-    wanted.answer_made_of(&app, (source, "inside".to_owned()), fetched).await
+    wanted.answer_made_of(&app, (source.clone(), "inside".to_owned()), fetched).await
 }
 
-async fn made(app: &App, id: &str) -> Result<Bytes, Problem> {
-    let Matched { result, sketch, mesh } = Matched::of(app, id).await?;
+async fn made(app: &App, result: Bytes) -> Result<Bytes, Problem> {
+    let result = outcome(app, result).await?;
     let numbers = functions(&result).saturating_mul(result.request.basis.k + result.request.basis.k_mesh);
     if numbers > LARGEST {
         let detail = format!("A and B have {numbers} numbers, {LARGEST} are the most that are answered");
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
     }
-    let spectra = Caches::new(app.store.clone());
+    let k = result.request.basis.k_mesh;
     // The blocks, A and B made of them, and the file.
-    let memory =
-        memory::of_spectrum(mesh.positions().len(), result.request.basis.k_mesh) + 3 * size_of::<f64>() * numbers;
+    let besides = |mesh: &Shape| memory::of_spectrum(mesh.vertices, k) + 3 * size_of::<f64>() * numbers;
+    let matched = Matched::of(app, result, besides).await?;
+    let spectra = matched.spectra(app);
     let write = move || {
-        let found = Inside::of(&sketch, &mesh, &result, &spectra, &Unwatched).map_err(Problem::internal)?;
-        inside::safetensors(&found, &result).map_err(Problem::internal)
+        let (result, (sketch, mesh)) = (&matched.result, &*matched.shapes);
+        let found = Inside::of(sketch, mesh, result, &spectra, &Unwatched).map_err(Problem::internal)?;
+        inside::safetensors(&found, result).map_err(Problem::internal)
     };
-    app.with_memory(memory, write).await?
+    app.at_length(write).await?
 }

@@ -1,10 +1,38 @@
-//! How much memory a job takes: what would take more than there is for one is not queued.
+//! How much memory a job takes: what would take more than there is for one is not queued. And how much an answer takes that is
+//! made of what is stored.
 
 use super::problem::Fault;
 use crate::jobs::memory;
 use crate::pipeline::Settings;
 use crate::pipeline::settings::upsampled;
-use crate::spectral::RUNGS;
+use crate::spectral::{RUNGS, rung};
+use crate::store::Shape;
+
+/// Bytes for each vertex of a shape and for each triangle: in its blob, in the mesh of the file, in the sound mesh, in the part
+/// that is decomposed, and written.
+const PER_VERTEX: usize = 256;
+const PER_TRIANGLE: usize = 128;
+
+/// Copies of a spectrum at one time: the blob and what is read of it; then that, the same at area 1, and what is worked on.
+const COPIES_READ: usize = 3;
+
+/// Copies of numbers that are answered: as they are computed, in the order of the file, as bytes, and in the file they make.
+const COPIES_WRITTEN: usize = 4;
+
+/// The bytes it takes to read a shape and to answer by it, about.
+pub fn of_shape(shape: &Shape) -> usize {
+    shape.vertices.saturating_mul(PER_VERTEX).saturating_add(shape.triangles.saturating_mul(PER_TRIANGLE))
+}
+
+/// The bytes it takes to read a spectrum of at least `k` eigenpairs at these many vertices and to work on it, about.
+pub fn of_kept_spectrum(vertices: usize, k: usize) -> usize {
+    rung(k).saturating_mul(COPIES_READ * size_of::<f64>()).saturating_mul(vertices)
+}
+
+/// The bytes it takes to answer so many numbers at each of these vertices, about.
+pub fn of_numbers(vertices: usize, numbers: usize) -> usize {
+    numbers.saturating_mul(COPIES_WRITTEN * size_of::<f64>()).saturating_mul(vertices)
+}
 
 /// The bytes a spectrum of at least `k` eigenpairs takes at its peak, about, on a shape of these many vertices.
 pub fn of_spectrum(vertices: usize, k: usize) -> usize {
@@ -65,6 +93,13 @@ mod tests {
         assert_eq!(of_spectrum(1000, 20), 1000 * ((6 * 20 + 224) * 8 + 2048));
         assert_eq!(of_spectrum(1000, 7), of_spectrum(1000, 20));
         assert_eq!(of_spectrum(usize::MAX, usize::MAX), usize::MAX);
+    }
+
+    #[test]
+    fn what_is_answered_takes_what_its_copies_take() {
+        assert_eq!(of_kept_spectrum(1000, 7), 1000 * 20 * 8 * 3);
+        assert_eq!(of_numbers(1000, 7), 1000 * 7 * 8 * 4);
+        assert_eq!((of_kept_spectrum(usize::MAX, 7), of_numbers(2, usize::MAX)), (usize::MAX, usize::MAX));
     }
 
     #[test]

@@ -137,7 +137,7 @@ struct ComponentList {
     ),
 )]
 pub async fn components(app: App, Id(id): Id, headers: HeaderMap) -> Result<Response, Problem> {
-    let mesh = shapes::mesh(&app, &id).await?;
+    let mesh = shapes::mesh(&app, &id, |_| 0).await?;
     let write = move |_| {
         let list = ComponentList { components: component_summaries(&mesh) };
         serde_json::to_vec(&list).map(Bytes::from)

@@ -14,6 +14,7 @@ mod front_page;
 mod functions;
 mod geometry;
 mod health;
+mod held;
 mod host;
 mod idempotency;
 mod inline_sketch;
@@ -174,7 +175,9 @@ pub struct App {
     metrics: PrometheusHandle,
     /// Cancelled when the server is to stop.
     shutdown: CancellationToken,
-    parsers: Arc<Semaphore>,
+    /// Turns of what is done off the threads that answer requests, and those of them that long work may have.
+    turns: Arc<Semaphore>,
+    long_turns: Arc<Semaphore>,
     memory: Arc<Semaphore>,
     reading: Arc<Semaphore>,
     /// What the last check of the store found.
@@ -206,6 +209,38 @@ impl FromRequestParts<Service> for App {
     }
 }
 
+/// In which line work waits for its turn.
+#[derive(Clone, Copy)]
+enum Line {
+    /// It takes moments.
+    Short,
+    /// It may take tens of seconds.
+    Long,
+}
+
+/// The work, with what it takes until it has ended, also where nobody waits for it any more.
+fn keeping<T>(
+    taken: impl Send + 'static,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> impl FnOnce() -> T + Send + 'static {
+    move || {
+        let _taken = taken;
+        work()
+    }
+}
+
+/// What was taken into the queue.
+///
+/// # Errors
+/// 503 where it is full; 404 where a shape was deleted meanwhile.
+fn taken<T>(submitted: Submitted<T>) -> Result<T, Problem> {
+    match submitted {
+        Submitted::Taken(taken) => Ok(taken),
+        Submitted::Full => Err(Problem::busy("the queue is full", 10)),
+        Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
+    }
+}
+
 /// Permits for this many bytes.
 fn grains(bytes: usize) -> u32 {
     u32::try_from(bytes.div_ceil(body::MEMORY_GRAIN)).unwrap_or(u32::MAX)
@@ -217,7 +252,8 @@ impl App {
         process.describe();
         health::describe();
         observation::describe();
-        let parsers = std::thread::available_parallelism().map_or(1, usize::from);
+        // Of two there is one for short work.
+        let turns = std::thread::available_parallelism().map_or(1, usize::from).max(2);
         let semaphore = |bytes: usize| Arc::new(Semaphore::new(grains(bytes) as usize));
         App {
             store,
@@ -229,7 +265,8 @@ impl App {
             config: Arc::new(config),
             metrics,
             shutdown,
-            parsers: Arc::new(Semaphore::new(parsers)),
+            turns: Arc::new(Semaphore::new(turns)),
+            long_turns: Arc::new(Semaphore::new(turns - 1)),
             readiness: Arc::default(),
             process,
             examples: Examples::default(),
@@ -247,31 +284,47 @@ impl App {
         self.signer.get_or_try_init(|| signer).await
     }
 
-    /// What `work` returns, done on a thread of its own: as many at a time as there are processors. Work that has begun
-    /// keeps its turn to its end, also where the client hangs up meanwhile.
+    /// What `work` returns, done on a thread of its own: as many at a time as there are processors, or two. Work that has
+    /// begun keeps its turn to its end, also where the client hangs up meanwhile.
     async fn off_runtime<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
-        let turn = self.parsers.clone().acquire_owned().await.map_err(Problem::internal)?;
-        let in_turn = move || {
-            let _turn = turn;
-            work()
-        };
-        tokio::task::spawn_blocking(in_turn).await.map_err(Problem::internal)
+        let turn = self.turns.clone().acquire_owned().await.map_err(Problem::internal)?;
+        tokio::task::spawn_blocking(keeping(turn, work)).await.map_err(Problem::internal)
     }
 
-    /// The same for work that takes about this many bytes of memory: it begins once they are free, what takes more than
-    /// there are alone.
+    /// The same for work that may take tens of seconds: of the turns it leaves one to short work, which so goes on however much
+    /// there is of it.
+    async fn at_length<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
+        let long = self.long_turns.clone().acquire_owned().await.map_err(Problem::internal)?;
+        self.off_runtime(keeping(long, work)).await
+    }
+
+    /// The same for work that waits in one line or the other.
+    async fn in_line<T: Send + 'static>(
+        &self,
+        line: Line,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        match line {
+            Line::Short => self.off_runtime(work).await,
+            Line::Long => self.at_length(work).await,
+        }
+    }
+
+    /// A hold on about this many bytes of the memory for what is read, once they are free; what takes more than there are goes
+    /// alone. Who has one asks for no other: two who did would wait for each other.
+    async fn room_for(&self, bytes: usize) -> Result<OwnedSemaphorePermit, Problem> {
+        let grains = grains(bytes.min(self.config.max_reading_bytes));
+        self.reading.clone().acquire_many_owned(grains).await.map_err(Problem::internal)
+    }
+
+    /// What short work returns that takes about this many bytes of memory.
     async fn with_memory<T: Send + 'static>(
         &self,
         bytes: usize,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let grains = grains(bytes.min(self.config.max_reading_bytes));
-        let memory = self.reading.clone().acquire_many_owned(grains).await.map_err(Problem::internal)?;
-        let holding = move || {
-            let _memory = memory;
-            work()
-        };
-        self.off_runtime(holding).await
+        let memory = self.room_for(bytes).await?;
+        self.off_runtime(keeping(memory, work)).await
     }
 
     /// Bytes of memory that are set aside for what is being read now.
@@ -305,20 +358,34 @@ impl App {
     /// # Errors
     /// 429 where the tenant has as many jobs as it may; 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
     async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
-        let queue = self.config.max_queue;
-        let of_kind = jobs::kind(job.kind).map_or(queue, |kind| kind.places(queue));
-        let places = Places { queue, of_kind };
-        let job = &NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job };
+        let (job, places) = (&self.traced(job), self.places(job.kind));
         let _turn = self.may_take(shape.as_ref().map_or(0, Unkept::bytes), 1).await?;
         let submitted = match shape {
             Some(shape) => self.store.submit_with(shape, job, places).await?,
             None => self.store.submit(job, places).await?,
         };
-        match submitted {
-            Submitted::Taken(job) => Ok(*job),
-            Submitted::Full => Err(Problem::busy("the queue is full", 10)),
-            Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
-        }
+        Ok(*taken(submitted)?)
+    }
+
+    /// Puts jobs of one kind into the queue together: all or none.
+    ///
+    /// # Errors
+    /// As of [`queued`](Self::queued).
+    async fn queued_together(&self, kind: &str, jobs: &[NewJob<'_>]) -> Result<Vec<Job>, Problem> {
+        let jobs: Vec<NewJob> = jobs.iter().map(|job| self.traced(job)).collect();
+        let _turn = self.may_take(0, jobs.len() as u64).await?;
+        taken(self.store.submit_all(&jobs, self.places(kind)).await?)
+    }
+
+    /// The job as part of the trace that the request is part of.
+    fn traced<'a>(&'a self, job: &NewJob<'a>) -> NewJob<'a> {
+        NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job }
+    }
+
+    /// The places of the queue, and those of them that jobs of a kind may take.
+    fn places(&self, kind: &str) -> Places {
+        let queue = self.config.max_queue;
+        Places { queue, of_kind: jobs::kind(kind).map_or(queue, |kind| kind.places(queue)) }
     }
 
     /// Waits for a change of a job, but not for ever: another process may have made one. False once the server is to
@@ -406,19 +473,28 @@ pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<
 
 #[cfg(test)]
 mod tests {
+    use std::pin::pin;
     use std::sync::mpsc::channel;
 
+    use axum::http::HeaderMap;
     use metrics_exporter_prometheus::PrometheusBuilder;
+    use serde_json::json;
+    use tokio::time::timeout;
 
     use super::*;
+    use crate::mesh::solids::sheet;
+    use crate::store::Source;
     use crate::store::testing::fresh;
+
+    /// Within which all is done that nothing keeps waiting.
+    const SOON: Duration = Duration::from_secs(20);
 
     #[tokio::test]
     async fn work_keeps_its_turn_and_its_memory_when_nobody_waits_any_more() {
         let (_directory, store) = fresh().await;
         let measures = PrometheusBuilder::new().build_recorder().handle();
         let app = App::new(store, Config::default(), measures, CancellationToken::new());
-        let turns = app.parsers.available_permits();
+        let turns = app.turns.available_permits();
         let (began, begun) = channel();
         let (end, ended) = channel();
         let working = app.clone();
@@ -432,9 +508,41 @@ mod tests {
         tokio::task::spawn_blocking(move || begun.recv().unwrap()).await.unwrap();
         asking.abort();
         assert!(asking.await.unwrap_err().is_cancelled());
-        assert_eq!((app.parsers.available_permits(), app.reading_bytes()), (turns - 1, 1 << 20));
+        assert_eq!((app.turns.available_permits(), app.reading_bytes()), (turns - 1, 1 << 20));
         end.send(()).unwrap();
-        let all_turns = app.parsers.acquire_many(u32::try_from(turns).unwrap()).await;
+        let all_turns = app.turns.acquire_many(u32::try_from(turns).unwrap()).await;
         assert!(all_turns.is_ok() && app.reading.available_permits() == grains(app.config.max_reading_bytes) as usize);
+    }
+
+    #[tokio::test]
+    async fn short_work_goes_on_however_much_long_work_there_is() {
+        let (_directory, store) = fresh().await;
+        let source = Source { bytes: "v".into(), media_type: "model/obj".to_owned(), parameters: String::new() };
+        let mesh = store.insert_mesh(sheet(6, 3).into(), source, None, json!({})).await.unwrap().0.id;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let id = || query::Id(mesh.clone());
+        let (ends, ended) = channel::<()>();
+        let ended = Arc::new(std::sync::Mutex::new(ended));
+        let long: Vec<_> = (0..=app.turns.available_permits())
+            .map(|_| {
+                let (app, ended) = (app.clone(), ended.clone());
+                // It lasts until nobody can say any more that it is over.
+                tokio::spawn(async move { app.at_length(move || ended.lock().unwrap().recv().is_err()).await })
+            })
+            .collect();
+        while app.long_turns.available_permits() > 0 {
+            tokio::task::yield_now().await;
+        }
+        let picture = portraits::of_mesh(app.clone(), id(), query::Query(Default::default()), HeaderMap::new());
+        let mut picture = pin!(picture);
+        assert!(timeout(Duration::from_millis(200), &mut picture).await.is_err());
+        let triangles = timeout(SOON, geometry::of_mesh(app.clone(), id(), HeaderMap::new())).await.unwrap();
+        assert_eq!(triangles.ok().unwrap().status(), StatusCode::OK);
+        drop(ends);
+        assert_eq!(timeout(SOON, picture).await.unwrap().ok().unwrap().status(), StatusCode::OK);
+        for work in long {
+            assert!(work.await.unwrap().ok().unwrap());
+        }
     }
 }

@@ -181,9 +181,8 @@ pub(super) async fn drawn(app: &App, wanted: Wanted, look: Look, result: Bytes) 
         return Err(no_alternative(alternatives.len()));
     }
     let fetched = async {
-        let (sketch, mesh) = (shapes::sketch(app, &sketch).await?, shapes::mesh(app, &mesh).await?);
-        let read = result.clone();
-        Ok(move |_| picture::file(look, &read, &sketch, &mesh).map(Bytes::from))
+        let (shapes, read) = (shapes::both(app, (&sketch, &mesh), |_| 0).await?, result.clone());
+        Ok(move |_| picture::file(look, &read, &shapes.0, &shapes.1).map(Bytes::from))
     };
     wanted.answer_made_of(app, (result.clone(), format!("{look:?}")), fetched).await
 }

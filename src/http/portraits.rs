@@ -13,7 +13,7 @@ use super::pictures::{PictureFormat, SVG, wanted, width};
 use super::problem::Problem;
 use super::query::{Id, Query};
 use super::{App, shapes};
-use crate::intake::sketch::{SketchMeasures, canvas, kind};
+use crate::intake::sketch::{SketchMeasures, canvas, kind, memory};
 use crate::picture::{self, reading};
 use crate::sketch::Config;
 use crate::store::{Kind, SourceFile};
@@ -22,7 +22,7 @@ use crate::store::{Kind, SourceFile};
 const WIDTH: u32 = 400;
 
 /// How the picture of a shape is to be.
-#[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct PortraitQuery {
@@ -49,7 +49,7 @@ pub async fn of_mesh(
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let mesh = shapes::mesh(&app, &id).await?;
+    let mesh = shapes::mesh(&app, &id, |_| 0).await?;
     let draw = move |media_type, width| match media_type {
         SVG => picture::mesh_svg(mesh.sound(), width).map(Bytes::from),
         _ => picture::mesh_png(mesh.sound(), width).map(Bytes::from),
@@ -74,12 +74,16 @@ pub async fn of_sketch(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let known = shapes::known::<SketchMeasures>(&app, Kind::Sketch, &id).await?;
-    let sketch = shapes::sketch(&app, &id).await?;
-    let file = app.store.file(Kind::Sketch, &id).await?;
+    let limits = Config::default();
+    let drawing = app.store.file(Kind::Sketch, &id).await?.and_then(|SourceFile { bytes, media_type }| {
+        let kind = kind(&bytes, Some(&media_type)).ok()?;
+        let taken = memory(&bytes, kind, &limits).ok()?;
+        Some((bytes, kind, taken))
+    });
+    let taken = drawing.as_ref().map_or(0, |&(_, _, taken)| taken);
+    let sketch = shapes::sketch(&app, &id, |_| taken).await?;
     let draw = move |media_type, width| {
-        let canvas = file.and_then(|SourceFile { bytes, media_type }| {
-            canvas(&bytes, kind(&bytes, Some(&media_type)).ok()?, &Config::default())
-        });
+        let canvas = drawing.and_then(|(bytes, kind, _)| canvas(&bytes, kind, &limits));
         let read = reading::Read { canvas: canvas.as_ref(), sketch: &sketch, warnings: &known.measures.warnings };
         match media_type {
             SVG => reading::svg(&read, width).map(Bytes::from),
@@ -100,5 +104,5 @@ async fn drawn<E: Display + Send + 'static>(
 ) -> Result<Response, Problem> {
     let (wanted, width) = (wanted(query.format, headers)?, width(query.width, WIDTH)?);
     let draw = move |media_type| draw(media_type, width);
-    wanted.answer_made_of(app, (id.into(), format!("portrait {width}")), ready(Ok(draw))).await
+    wanted.at_length().answer_made_of(app, (id.into(), format!("portrait {width}")), ready(Ok(draw))).await
 }

@@ -64,7 +64,7 @@ pub async fn read(
     }
     let made_of = (result.clone(), format!("frame {frame}"));
     let fetched = async {
-        let mesh = shapes::mesh(&app, &contents.mesh).await?;
+        let mesh = shapes::mesh(&app, &contents.mesh, |_| 0).await?;
         let file = app.store.file(Kind::Mesh, &contents.mesh).await?;
         Ok(move |media_type| {
             let of = |kinds: &[&str]| {
@@ -116,20 +116,22 @@ async fn basis_of(app: &App, contents: Contents) -> Result<Bytes, Problem> {
     let Some(weights) = contents.weights else {
         return Err(Problem::new(StatusCode::CONFLICT, "the pose is by no handles"));
     };
-    let (sketch, mesh) = (shapes::sketch(app, &contents.sketch).await?, shapes::mesh(app, &contents.mesh).await?);
     let numbers = 3 * weights.values.first().map_or(0, Vec::len);
-    if numbers.saturating_mul(mesh.positions().len()) > LARGEST_BASIS {
+    let vertices = shapes::stored(app, Kind::Mesh, &contents.mesh).await?.vertices;
+    if numbers.saturating_mul(vertices) > LARGEST_BASIS {
         let detail = format!("a basis has at most {LARGEST_BASIS} numbers: use fewer handles");
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
     }
-    let memory = memory::of_pose(mesh.positions().len());
     let matched = resource::result::<Settings>(app, &contents.matching).await?;
+    let shapes = (contents.sketch.as_str(), contents.mesh.as_str());
+    let shapes = shapes::both(app, shapes, |mesh| memory::of_pose(mesh.vertices)).await?;
     let write = move || {
+        let (sketch, mesh) = &*shapes;
         let matched = serde_json::from_slice(&matched).map_err(Problem::internal)?;
-        let basis = of_handles(&sketch, &mesh, &matched, &weights).map_err(Problem::internal)?;
-        pose::basis(&basis, &mesh).map_err(Problem::internal)
+        let basis = of_handles(sketch, mesh, &matched, &weights).map_err(Problem::internal)?;
+        pose::basis(&basis, mesh).map_err(Problem::internal)
     };
-    app.with_memory(memory, write).await?
+    app.off_runtime(write).await?
 }
 
 /// How the picture of a pose is to be.
@@ -169,8 +171,8 @@ pub async fn picture(
     let made_of = (result.clone(), format!("picture of {frame}, {width}"));
     let fetched = async {
         let matched = resource::result::<Settings>(&app, &contents.matching).await?;
-        let (sketch, mesh) = (shapes::sketch(&app, &contents.sketch).await?, shapes::mesh(&app, &contents.mesh).await?);
-        Ok(move |_| pose::png(&result, frame, &matched, &sketch, &mesh, width))
+        let shapes = shapes::both(&app, (&contents.sketch, &contents.mesh), |_| 0).await?;
+        Ok(move |_| pose::png(&result, frame, &matched, &shapes.0, &shapes.1, width))
     };
     wanted.answer_made_of(&app, made_of, fetched).await
 }

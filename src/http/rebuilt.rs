@@ -10,7 +10,7 @@ use super::pictures::GLB;
 use super::problem::Problem;
 use super::query::{Id, Query};
 use super::representation::{NPY, OCTETS, Wanted};
-use super::spectra::{Asked, Found};
+use super::spectra::{Asked, Decomposed, Found};
 use crate::export::functions;
 use crate::spectral::{Boundary, rebuilt};
 use crate::store::Kind;
@@ -73,16 +73,17 @@ async fn answered(
 ) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[GLB, NPY, OCTETS])?;
     let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
-    let (spectrum, figure, mesh) = match asked.found(app).await? {
-        Found::Spectrum(found) => *found,
+    let found = match asked.found(app, 3).await? {
+        Found::Spectrum(found) => found,
         Found::Pending(pending) => return Ok(pending),
     };
     let write = move |media_type| {
+        let Decomposed { spectrum, figure, mesh } = &**found;
         let places = rebuilt::rebuilt(&spectrum.at_unit_area(asked.k), figure.mesh.positions());
-        let places = functions::placed(&places, &figure, &mesh);
+        let places = functions::placed(&places, figure, mesh);
         match media_type {
             NPY => Ok(functions::places_npy(&places)),
-            _ => functions::places_glb(places, &mesh),
+            _ => functions::places_glb(places, mesh),
         }
     };
     wanted.answer(app, write).await

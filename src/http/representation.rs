@@ -8,8 +8,8 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
-use super::App;
 use super::problem::{Fault, Problem};
+use super::{App, Line};
 
 pub const JSON: &str = "application/json";
 pub const NPY: &str = "application/x-npy";
@@ -28,6 +28,8 @@ pub struct Wanted {
     /// The entity tag, where it is known before the body is made.
     tag: Option<String>,
     keep: Keep,
+    /// How long it takes to make the body.
+    line: Line,
 }
 
 /// What is said of keeping a body.
@@ -42,7 +44,7 @@ enum Keep {
 impl Wanted {
     /// As `media_type`, whatever the `Accept` header says.
     pub fn named(headers: HeaderMap, media_type: &'static str) -> Wanted {
-        Wanted { media_type, headers, tag: None, keep: Keep::Forever }
+        Wanted { media_type, headers, tag: None, keep: Keep::Forever, line: Line::Short }
     }
 
     /// As that of the media types `offered`, best first, which the `Accept` header likes best.
@@ -57,6 +59,11 @@ impl Wanted {
     /// The same of what another follows: not to be kept.
     pub fn passing(self) -> Wanted {
         Wanted { keep: Keep::Never, ..self }
+    }
+
+    /// The same of what may take tens of seconds to make.
+    pub fn at_length(self) -> Wanted {
+        Wanted { line: Line::Long, ..self }
     }
 
     pub fn media_type(&self) -> &'static str {
@@ -99,7 +106,7 @@ impl Wanted {
         if let Some(unchanged) = self.unchanged() {
             return Ok(unchanged);
         }
-        let written = app.off_runtime(move || write(self.media_type).map(|body| self.tagged(body)));
+        let written = app.in_line(self.line, move || write(self.media_type).map(|body| self.tagged(body)));
         written.await?.map_err(Problem::internal)
     }
 
@@ -114,7 +121,7 @@ impl Wanted {
         write: impl FnOnce(&'static str) -> Result<Bytes, E> + Send + 'static,
     ) -> Result<Response, Problem> {
         let media_type = self.media_type;
-        let body = app.off_runtime(move || write(media_type)).await?.map_err(Problem::internal)?;
+        let body = app.in_line(self.line, move || write(media_type)).await?.map_err(Problem::internal)?;
         Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
     }
 

@@ -11,7 +11,7 @@ use super::pictures::{GLB, PNG, width};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, Wanted};
-use super::spectra::{Asked, Found};
+use super::spectra::{Asked, Decomposed, Found};
 use crate::export::{Unwritten, functions};
 use crate::numerics::Unwatched;
 use crate::pipeline::segmented;
@@ -98,23 +98,24 @@ async fn answered(
     }
     let wide = width(query.width, WIDTH)?;
     let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
-    let (spectrum, figure, mesh) = match asked.found(app).await? {
-        Found::Spectrum(found) => *found,
+    let found = match asked.found(app, 1).await? {
+        Found::Spectrum(found) => found,
         Found::Pending(pending) => return Ok(pending),
     };
     let write = move |media_type| {
+        let Decomposed { spectrum, figure, mesh } = &**found;
         // Nobody watches, and so nobody cancels.
         let regions =
             segmented(&spectrum.at_unit_area(asked.k), count, &Unwatched).map_err(|error| error.to_string())?;
-        let labels = functions::labels(&regions, &figure);
+        let labels = functions::labels(&regions, figure);
         let written = match media_type {
-            GLB => functions::labelled_glb(&labels, &mesh),
-            PNG => functions::labelled_png(&labels, &mesh, wide),
+            GLB => functions::labelled_glb(&labels, mesh),
+            PNG => functions::labelled_png(&labels, mesh, wide),
             _ => serde_json::to_vec(&Segmentation { regions: regions.count(), labels })
                 .map(Into::into)
                 .map_err(Unwritten::from),
         };
         written.map_err(|error| error.to_string())
     };
-    wanted.answer(app, write).await
+    wanted.at_length().answer(app, write).await
 }

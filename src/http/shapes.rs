@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::body::{JsonBody, Upload};
+use super::held::Held;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::page::{PageQuery, cursor_fault};
 use super::problem::{Fault, Problem};
 use super::timestamp::timestamp;
-use super::{App, paths};
+use super::{App, memory, paths};
 use crate::intake::json;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
@@ -57,7 +58,7 @@ impl Kind {
 /// # Errors
 /// 404 where there is none.
 pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Result<ShapeDocument<T>, Problem> {
-    document(app.store.shape(kind, id).await?.ok_or_else(|| missing(kind, id))?)
+    document(stored(app, kind, id).await?)
 }
 
 /// Ok where there is a shape of this id.
@@ -65,22 +66,57 @@ pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Resu
 /// # Errors
 /// 404 where there is none.
 pub async fn there(app: &App, kind: Kind, id: &str) -> Result<(), Problem> {
-    app.store.shape(kind, id).await?.map(drop).ok_or_else(|| missing(kind, id))
+    stored(app, kind, id).await.map(drop)
 }
 
-/// The geometry of a mesh.
+/// The shape of this id without its geometry.
 ///
 /// # Errors
 /// 404 where there is none.
-pub async fn mesh(app: &App, id: &str) -> Result<FileMesh, Problem> {
+pub async fn stored(app: &App, kind: Kind, id: &str) -> Result<Shape, Problem> {
+    app.store.shape(kind, id).await?.ok_or_else(|| missing(kind, id))
+}
+
+/// The geometry of a mesh, with room for it and for so many bytes besides. Who holds it reads no other.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn mesh(app: &App, id: &str, besides: impl FnOnce(&Shape) -> usize) -> Result<Held<FileMesh>, Problem> {
+    let shape = stored(app, Kind::Mesh, id).await?;
+    let room = app.room_for(memory::of_shape(&shape).saturating_add(besides(&shape))).await?;
+    Ok(Held::new(mesh_read(app, id).await?, room))
+}
+
+/// The geometry of a sketch, likewise.
+///
+/// # Errors
+/// 404 where there is none.
+pub async fn sketch(app: &App, id: &str, besides: impl FnOnce(&Shape) -> usize) -> Result<Held<Sketch>, Problem> {
+    let shape = stored(app, Kind::Sketch, id).await?;
+    let room = app.room_for(memory::of_shape(&shape).saturating_add(besides(&shape))).await?;
+    Ok(Held::new(sketch_read(app, id).await?, room))
+}
+
+/// The geometries of a sketch and a mesh, with room for both and for so many bytes besides, as the mesh tells.
+///
+/// # Errors
+/// 404 where there is one of them not.
+pub async fn both(
+    app: &App,
+    (sketch, mesh): (&str, &str),
+    besides: impl FnOnce(&Shape) -> usize,
+) -> Result<Held<(Sketch, FileMesh)>, Problem> {
+    let (flat, solid) = (stored(app, Kind::Sketch, sketch).await?, stored(app, Kind::Mesh, mesh).await?);
+    let bytes = [memory::of_shape(&flat), memory::of_shape(&solid), besides(&solid)];
+    let room = app.room_for(bytes.into_iter().fold(0, usize::saturating_add)).await?;
+    Ok(Held::new((sketch_read(app, sketch).await?, mesh_read(app, mesh).await?), room))
+}
+
+async fn mesh_read(app: &App, id: &str) -> Result<FileMesh, Problem> {
     app.store.mesh(id).await?.ok_or_else(|| missing(Kind::Mesh, id))
 }
 
-/// The geometry of a sketch.
-///
-/// # Errors
-/// 404 where there is none.
-pub async fn sketch(app: &App, id: &str) -> Result<Sketch, Problem> {
+async fn sketch_read(app: &App, id: &str) -> Result<Sketch, Problem> {
     app.store.sketch(id).await?.ok_or_else(|| missing(Kind::Sketch, id))
 }
 

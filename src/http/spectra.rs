@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::App;
+use super::held::Held;
 use super::job_document::{Progress, Status};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
@@ -20,7 +21,7 @@ use crate::jobs::{Decomposition, Task};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::spectral::{Boundary, Spectrum};
-use crate::store::{Kind, NewJob, SpectrumKey};
+use crate::store::{Kind, NewJob, Shape, SpectrumKey};
 
 const DEFAULT_EIGENPAIRS: usize = 20;
 
@@ -107,10 +108,16 @@ pub(super) struct Asked {
     pub boundary: Boundary,
 }
 
+/// A spectrum, the part of the shape that was decomposed, and the shape.
+pub(super) struct Decomposed {
+    pub spectrum: Spectrum,
+    pub figure: Figure,
+    pub mesh: FileMesh,
+}
+
 /// What there is of it.
 pub(super) enum Found {
-    /// The spectrum, the part of the shape that was decomposed, and the shape.
-    Spectrum(Box<(Spectrum, Figure, FileMesh)>),
+    Spectrum(Box<Held<Decomposed>>),
     /// The answer while it is worked on.
     Pending(Response),
 }
@@ -140,29 +147,31 @@ impl Asked {
 
     async fn answer(self, app: &App, headers: HeaderMap) -> Result<Response, Problem> {
         let wanted = Wanted::negotiated(headers, &[JSON, NPY, SAFETENSORS])?;
-        let (found, figure) = match self.found(app).await? {
-            Found::Spectrum(found) => (found.0, found.1),
+        let functions = if wanted.media_type() == JSON { 0 } else { self.k };
+        let found = match self.found(app, functions).await? {
+            Found::Spectrum(found) => found,
             Found::Pending(pending) => return Ok(pending),
         };
-        let vertices = figure.of_file().len();
+        let vertices = found.figure.of_file().len();
         if wanted.media_type() != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
             return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
         let write = move |media_type| match media_type {
-            NPY => Ok(spectrum::npy(&found, self.k, &figure)),
-            SAFETENSORS => spectrum::safetensors(&found, self.k, &figure),
-            _ => Ok::<_, Unwritten>(self.document(&found)?),
+            NPY => Ok(spectrum::npy(&found.spectrum, self.k, &found.figure)),
+            SAFETENSORS => spectrum::safetensors(&found.spectrum, self.k, &found.figure),
+            _ => Ok::<_, Unwritten>(self.document(&found.spectrum)?),
         };
         wanted.answer(app, write).await
     }
 
-    /// The spectrum, of k pairs or more, where it is known; else it is queued.
+    /// The spectrum, of k pairs or more, where it is known, with room to answer so many numbers at every vertex of the file;
+    /// else it is queued.
     ///
     /// # Errors
     /// 404 where there are not so many pairs, 422 where they are too large; as [`Asked::pending`].
-    pub async fn found(&self, app: &App) -> Result<Found, Problem> {
-        let (mesh, figure, shape_hash) = self.figure(app).await?;
-        let matched = figure.vertices.len();
+    pub async fn found(&self, app: &App, numbers: usize) -> Result<Found, Problem> {
+        let (shape, shape_hash) = self.figure(app, numbers).await?;
+        let matched = shape.1.vertices.len();
         if self.k >= matched {
             return Err(too_many(matched - 1));
         }
@@ -170,22 +179,31 @@ impl Asked {
             return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
         }
         let key = SpectrumKey { shape_hash, boundary: self.boundary };
-        Ok(match app.store.spectrum(&key, self.k).await? {
-            Some(spectrum) => Found::Spectrum(Box::new((spectrum, figure, mesh))),
+        Ok(match app.store.spectrum_of_any(&key, self.k).await? {
+            Some(spectrum) => {
+                Found::Spectrum(Box::new(shape.map(|(mesh, figure)| Decomposed { spectrum, figure, mesh })))
+            }
             None => Found::Pending(self.pending(app).await?),
         })
     }
 
-    /// The shape, the part of it that is decomposed, and the hash of that.
-    async fn figure(&self, app: &App) -> Result<(FileMesh, Figure, blake3::Hash), Problem> {
+    /// The shape and the part of it that is decomposed, with room for the spectrum and the answer, and the hash of that part.
+    async fn figure(&self, app: &App, numbers: usize) -> Result<(Held<(FileMesh, Figure)>, blake3::Hash), Problem> {
+        let besides = |shape: &Shape| {
+            let spectrum = memory::of_kept_spectrum(shape.matched, self.k);
+            spectrum.saturating_add(memory::of_numbers(shape.vertices, numbers))
+        };
         let mesh = match self.kind {
-            Kind::Mesh => shapes::mesh(app, &self.id).await?,
-            Kind::Sketch => FileMesh::from(shapes::sketch(app, &self.id).await?.mesh().clone()),
+            Kind::Mesh => shapes::mesh(app, &self.id, besides).await?,
+            Kind::Sketch => {
+                let sketch = shapes::sketch(app, &self.id, besides).await?;
+                sketch.map(|sketch| FileMesh::from(sketch.mesh().clone()))
+            }
         };
         let looked_at = app.off_runtime(move || {
             let figure = Figure::largest(&mesh);
             let hash = figure.mesh.content_hash();
-            (mesh, figure, hash)
+            (mesh.map(|mesh| (mesh, figure)), hash)
         });
         looked_at.await
     }
@@ -226,4 +244,63 @@ impl Asked {
 
 fn too_many(most: usize) -> Problem {
     Problem::not_there("there is no such spectrum", Fault::in_query("k", format!("k is from 1 to {most} here")))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+    use std::pin::pin;
+
+    use metrics_exporter_prometheus::PrometheusBuilder;
+    use serde_json::json;
+    use tokio::time::timeout;
+    use tokio_util::sync::CancellationToken;
+
+    use super::*;
+    use crate::http::Config;
+    use crate::mesh::solids::sheet;
+    use crate::numerics::{Unwatched, instruction_set};
+    use crate::spectral::spectrum;
+    use crate::store::Source;
+    use crate::store::testing::{Place, fresh};
+
+    /// What answers, and a mesh whose spectrum is known.
+    async fn known() -> (Place, App, String) {
+        let (place, store) = fresh().await;
+        let flat = Figure::largest(&sheet(6, 3).into()).mesh;
+        let key = SpectrumKey { shape_hash: flat.content_hash(), boundary: Boundary::Neumann };
+        let kept = spectrum(&flat, DEFAULT_EIGENPAIRS, Boundary::Neumann, &Unwatched).unwrap();
+        store.put_spectrum(&key, kept, None).await.unwrap();
+        let source = Source { bytes: "v".into(), media_type: "model/obj".to_owned(), parameters: String::new() };
+        let mesh = store.insert_mesh(flat.into(), source, None, json!({})).await.unwrap().0.id;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        (place, App::new(store, Config::default(), measures, CancellationToken::new()), mesh)
+    }
+
+    async fn answered(app: &App, mesh: &str) -> StatusCode {
+        let query = Query(SpectrumQuery { k: None, boundary: None });
+        of_mesh(app.clone(), Id(mesh.to_owned()), query, HeaderMap::new()).await.into_response().status()
+    }
+
+    #[tokio::test]
+    async fn what_is_read_waits_for_room_and_gives_it_back() {
+        let (_place, app, mesh) = known().await;
+        let others = app.room_for(usize::MAX).await.ok().unwrap();
+        let mut answer = pin!(answered(&app, &mesh));
+        assert!(timeout(Duration::from_millis(200), &mut answer).await.is_err());
+        drop(others);
+        let status = timeout(Duration::from_secs(20), answer).await.unwrap();
+        assert_eq!((status, app.reading_bytes()), (StatusCode::OK, 0));
+    }
+
+    #[tokio::test]
+    async fn what_a_node_of_another_instruction_set_has_kept_is_answered() {
+        let (place, app, mesh) = known().await;
+        let within = |folder: &Path| fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
+        let own = within(&within(&place.path().join("data/blobs/spectra")));
+        let other = own.with_file_name(own.file_name().unwrap().to_str().unwrap().replace(instruction_set(), "other"));
+        fs::rename(own, other).unwrap();
+        assert_eq!(answered(&app, &mesh).await, StatusCode::OK);
+    }
 }

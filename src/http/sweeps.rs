@@ -4,23 +4,35 @@ use std::sync::Arc;
 
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
+use serde::ser::{Error, SerializeSeq};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::body::JsonBody;
+use super::held::Held;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
 use super::job_document::MatchDocument;
 use super::problem::{Fault, Problem};
-use super::{App, matches, resource, shapes};
+use super::resource::Resource;
+use super::shapes::shortened;
+use super::{App, keeping, matches};
 use crate::intake::json;
 use crate::jobs::Task;
 use crate::pipeline::Settings;
 use crate::pipeline::request::MatchRequest;
-use crate::store::{MEMORY, NewJob, Priority};
+use crate::store::{Job, MEMORY, NewJob, Priority};
 
 /// Values at most.
 const MOST: usize = 64;
+
+/// The requests may together be as long as so many of the longest that is taken: of labels for every vertex of a large mesh 64
+/// fit, and what is kept of them, queued in one transaction and told in one answer stays some tens of megabytes.
+const LONGEST: usize = 4;
+
+/// Bytes of memory per byte of a request for its settings, their text in the queue and that in the answer: a digit and its comma
+/// are a number of eight bytes, and may be written in four letters.
+const MEMORY_OF_REQUEST: usize = 8;
 
 /// A match request, the place in it that varies, and the values it takes there.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
@@ -40,12 +52,24 @@ pub struct SweepRequest {
 /// The matches that were queued, in the order of the values.
 #[derive(Serialize, ToSchema)]
 pub struct Sweep {
-    matches: Vec<MatchDocument>,
+    #[serde(serialize_with = "one_after_another")]
+    #[schema(value_type = Vec<MatchDocument>)]
+    matches: Vec<(Job, String)>,
+}
+
+/// Writes what is told of matches, whose requests are as in the queue: the tree of one at a time.
+fn one_after_another<S: Serializer>(matches: &[(Job, String)], out: S) -> Result<S::Ok, S::Error> {
+    let mut list = out.serialize_seq(Some(matches.len()))?;
+    for (job, payload) in matches {
+        let request = serde_json::from_str(payload).map_err(S::Error::custom)?;
+        list.serialize_element(&Settings::document(job.clone(), Some(request)))?;
+    }
+    list.end()
 }
 
 /// Asks for a match for each of several values of one member of the request.
 ///
-/// Every request is checked before any is queued. They are matches like others, each named after its value, to be followed and read by themselves; their priority is `batch`.
+/// Every request is checked before any is queued, and all are or none. They are matches like others, each named after its value, to be followed and read by themselves; their priority is `batch`. The requests may together be as long as four of the longest that are taken.
 #[utoipa::path(
     post, path = "/v1/sweeps", operation_id = "create_sweep", tag = "matches",
     params(("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key never makes the matches twice")),
@@ -56,46 +80,80 @@ pub async fn create(app: App, key: IdempotencyKey, body: JsonBody) -> Result<Res
     let body = Arc::new(body);
     let printed = body.clone();
     let print = app.off_runtime(move || fingerprint("POST /v1/sweeps", &[&printed.bytes])).await?;
-    Ok(key.once(&app.store, &print, submitted(&app, body)).await?.into_response())
+    Ok(key.once(&app.store, &print, submitted(&app, (&key, &print), body)).await?.into_response())
 }
 
-async fn submitted(app: &App, body: Arc<JsonBody>) -> Result<Answer, Problem> {
-    let memory = body.bytes.len().saturating_mul(json::MEMORY_OF_TREE);
-    let sweep = app.with_memory(memory, move || json::parsed::<SweepRequest>(&body.bytes)).await??;
-    if !(1..=MOST).contains(&sweep.values.len()) {
-        let fault = Fault::at_pointer("/values", format!("must be 1 to {MOST}, are {}", sweep.values.len()));
-        return Err(unfit(vec![fault]));
-    }
-    let mut ready = Vec::new();
-    for (i, value) in sweep.values.iter().enumerate() {
-        let request = varied(&sweep, value)?.to_string();
-        let request = json::parsed::<MatchRequest>(request.as_bytes());
-        let request = request.map_err(|problem| of_value(i, problem.into()))?;
+async fn submitted(app: &App, (key, print): (&IdempotencyKey, &str), body: Arc<JsonBody>) -> Result<Answer, Problem> {
+    let sweep = read(app, body).await?;
+    let mut asked = Vec::new();
+    for i in 0..sweep.values.len() {
+        let of = sweep.clone();
+        let (request, name) = app.off_runtime(move || of.request(i)).await??;
         let (settings, payload, _) =
             matches::payload(app, request, None).await.map_err(|problem| of_value(i, problem))?;
-        ready.push((settings, payload, format!("{} = {value}", sweep.pointer)));
+        asked.push((settings, payload, name, key.dedupe(&format!("{print} {i}"))));
     }
-    let mut matches: Vec<MatchDocument> = Vec::new();
-    let mut queued = Vec::new();
-    for (settings, payload, name) in &ready {
-        let name = shapes::shortened(name);
-        let priority = Priority::Batch;
-        let job = NewJob { name: Some(&name), taken_for: MEMORY, priority, ..settings.job(payload) };
-        match app.queued(&job, None).await {
-            Ok(job) => {
-                queued.push(job.id.clone());
-                matches.push(resource::described::<Settings>(app, job).await?);
-            }
-            Err(problem) => {
-                // All or none: those that are queued are not what was asked for.
-                for id in queued {
-                    app.store.cancel(&id).await?;
-                }
-                return Err(problem);
-            }
+    let jobs = asked.iter().map(|(settings, payload, name, dedupe)| NewJob {
+        name: Some(name),
+        dedupe: dedupe.as_deref(),
+        taken_for: MEMORY,
+        priority: Priority::Batch,
+        ..settings.job(payload)
+    });
+    let jobs = app.queued_together(Settings::NAME, &jobs.collect::<Vec<_>>()).await?;
+    let matches = jobs.into_iter().zip(asked).map(|(job, (_, payload, ..))| (job, payload)).collect();
+    app.off_runtime(keeping(sweep, move || Answer::json(StatusCode::ACCEPTED, None, &Sweep { matches }))).await?
+}
+
+/// The sweep, with room for it and for all that is made of it.
+///
+/// # Errors
+/// Whatever is wrong with it as a whole.
+async fn read(app: &App, body: Arc<JsonBody>) -> Result<Arc<Held<SweepRequest>>, Problem> {
+    let most = LONGEST.saturating_mul(app.config.max_request_bytes);
+    let room = app.room_for(memory(body.bytes.len(), most)).await?;
+    let checked = move || {
+        let sweep = json::parsed::<SweepRequest>(&body.bytes)?;
+        sweep.check(most)?;
+        Ok(Arc::new(Held::new(sweep, room)))
+    };
+    app.off_runtime(checked).await?
+}
+
+/// Bytes of memory that a sweep of this length takes, about, whose requests may have so many together: the trees of all that
+/// was sent and of one request, and what is made of every request.
+fn memory(length: usize, most: usize) -> usize {
+    let trees = length.saturating_mul(2 * json::MEMORY_OF_TREE);
+    trees.saturating_add(length.saturating_mul(MOST).min(most).saturating_mul(MEMORY_OF_REQUEST))
+}
+
+impl SweepRequest {
+    /// # Errors
+    /// 422 where it has no values, or too many, or requests that are together longer than `most`.
+    fn check(&self, most: usize) -> Result<(), Problem> {
+        let wrong = |detail: String| Err(unfit(vec![Fault::at_pointer("/values", detail)]));
+        let count = self.values.len();
+        if !(1..=MOST).contains(&count) {
+            return wrong(format!("must be 1 to {MOST}, are {count}"));
         }
+        let values: usize = self.values.iter().map(|value| value.to_string().len()).sum();
+        let length = count * self.request.to_string().len() + values;
+        if length > most {
+            return wrong(format!(
+                "the requests are {length} bytes together, {most} are taken: ask for fewer at a time"
+            ));
+        }
+        Ok(())
     }
-    Answer::json(StatusCode::ACCEPTED, None, &Sweep { matches })
+
+    /// The request with one of the values, and what the match is called.
+    fn request(&self, i: usize) -> Result<(MatchRequest, String), Problem> {
+        let value = &self.values[i];
+        let request = varied(self, value)?.to_string();
+        let request = json::parsed::<MatchRequest>(request.as_bytes());
+        let name = shortened(&format!("{} = {value}", self.pointer));
+        Ok((request.map_err(|problem| of_value(i, problem.into()))?, name))
+    }
 }
 
 fn unfit(faults: Vec<Fault>) -> Problem {
@@ -128,4 +186,59 @@ fn varied(sweep: &SweepRequest, value: &Value) -> Result<Value, Problem> {
     }
     *place = value.clone();
     Ok(request)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use axum::body::{Body, to_bytes};
+    use axum::extract::{FromRequest, FromRequestParts, Request};
+    use metrics_exporter_prometheus::PrometheusBuilder;
+    use serde_json::json;
+    use tokio_util::sync::CancellationToken;
+
+    use super::*;
+    use crate::http::{Config, Service};
+    use crate::mesh::solids::sheet;
+    use crate::sketch::{Sketch, YAxis};
+    use crate::store::testing::fresh;
+    use crate::store::{Page, Retention, Source};
+
+    #[tokio::test]
+    async fn a_sweep_whose_process_died_before_its_answer_was_kept_is_not_made_again() {
+        let (_directory, store) = fresh().await;
+        let (flat, source) = (sheet(8, 6), |bytes: &'static str| Source {
+            bytes: bytes.into(),
+            media_type: "model/obj".to_owned(),
+            parameters: String::new(),
+        });
+        let sketch = Sketch::new(flat.clone(), YAxis::Up).unwrap();
+        let sketch = store.insert_sketch(sketch, source("s"), None, json!({})).await.unwrap().0.id;
+        let mesh = store.insert_mesh(flat.into(), source("m"), None, json!({})).await.unwrap().0.id;
+        let measures = PrometheusBuilder::new().build_recorder().handle();
+        let app = App::new(store.clone(), Config::default(), measures, CancellationToken::new());
+        let sweep = json!({"request": {"mesh": mesh, "sketch": sketch}, "pointer": "/basis/k", "values": [5, 6, 6]});
+        let ask = async || {
+            let request = Request::post("/v1/sweeps").header("content-type", "application/json");
+            let request = request.header("idempotency-key", "one").body(Body::from(sweep.to_string())).unwrap();
+            let (mut parts, body) = request.into_parts();
+            let key = IdempotencyKey::from_request_parts(&mut parts, &()).await.ok().unwrap();
+            let request = Request::from_parts(parts, body);
+            let body = JsonBody::from_request(request, &Service(app.clone())).await.ok().unwrap();
+            let answer = create(app.clone(), key, body).await.ok().unwrap();
+            assert_eq!((answer.status(), app.reading_bytes()), (StatusCode::ACCEPTED, 0));
+            to_bytes(answer.into_body(), 1 << 20).await.unwrap()
+        };
+        let first = ask().await;
+        store.let_go(&Retention { answers: Some(Duration::ZERO), ..Retention::default() }).await.unwrap();
+        assert_eq!(ask().await, first);
+        assert_eq!(store.jobs(Settings::NAME, &Page { after: None, limit: 9 }).await.unwrap().len(), 3);
+    }
+
+    #[test]
+    fn a_sweep_takes_memory_by_what_is_sent_and_by_what_may_be_made_of_it() {
+        assert_eq!(memory(100, 1 << 20), 100 * 2 * json::MEMORY_OF_TREE + 6400 * MEMORY_OF_REQUEST);
+        assert_eq!(memory(100, 400), 100 * 2 * json::MEMORY_OF_TREE + 400 * MEMORY_OF_REQUEST);
+    }
 }

@@ -10,12 +10,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::body::JsonBody;
+use super::held::Held;
 use super::pictures::GLB;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, NPY, Wanted};
 use super::{App, memory, resource, shapes};
-use crate::export::transfer;
+use crate::export::{Unwritten, transfer};
 use crate::intake::{json, sketch as drawings};
 use crate::jobs::Caches;
 use crate::mesh::file_mesh::FileMesh;
@@ -23,7 +24,7 @@ use crate::numerics::Unwatched;
 use crate::pipeline::outcome::MatchResult;
 use crate::pipeline::{Bases, Settings};
 use crate::sketch::{self, Canvas, Sketch};
-use crate::store::Kind;
+use crate::store::{self, Kind, SourceFile};
 use crate::transfer::request::{By, Given, Moved, Shape, TransferRequest};
 use crate::transfer::{by_map, by_points, faults, sketch_vertices, sketch_vertices_by_map};
 
@@ -46,8 +47,9 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
     let body = Arc::new(body);
     let (taken, read) = (body.bytes.len().saturating_mul(json::MEMORY_OF_TREE), body.clone());
     let request = app.with_memory(taken, move || json::parsed::<TransferRequest>(&read.bytes)).await??;
-    let matched = Matched::of(&app, &id).await?;
-    let found = faults(&request, &matched.result, matched.mesh.positions().len());
+    let result = outcome(&app, resource::result::<Settings>(&app, &id).await?).await?;
+    let vertices = shapes::stored(&app, Kind::Mesh, &result.mesh).await?.vertices;
+    let found = faults(&request, &result, vertices);
     if !found.is_empty() {
         return Err(unfit(found.into_iter().map(Fault::from).collect()));
     }
@@ -55,12 +57,16 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
         let fault = Fault::in_header("accept", "only a function is an array: application/json or model/gltf-binary");
         return Err(Problem::of_fault(StatusCode::NOT_ACCEPTABLE, fault));
     }
-    let canvas =
-        if request.given == (Given::Drawing {}) { Some(canvas(&app, &matched.result.sketch).await?) } else { None };
-    let taken = memory::of_spectrum(matched.mesh.positions().len(), matched.result.c.rows);
-    let spectra = Caches::new(app.store.clone());
+    let drawing =
+        if request.given == (Given::Drawing {}) { Some(Drawing::of(&app, &result.sketch).await?) } else { None };
+    let (rows, drawn) = (result.c.rows, drawing.as_ref().map_or(0, |drawing| drawing.memory));
+    let besides = |mesh: &store::Shape| memory::of_spectrum(mesh.vertices, rows).saturating_add(drawn);
+    let matched = Matched::of(&app, result, besides).await?;
+    let spectra = matched.spectra(&app);
+    let media_type = wanted.media_type();
     let work = move || {
-        let Matched { result, sketch, mesh } = &matched;
+        let (result, (sketch, mesh)) = (&matched.result, &*matched.shapes);
+        let canvas = drawing.map(|drawing| drawing.canvas()).transpose()?;
         let values = request.given.values(|| {
             let colour = |canvas: &Canvas| result.correspondences.iter().map(|p| canvas.colour_at(p.point)).collect();
             canvas.as_ref().map(colour).unwrap_or_default()
@@ -72,44 +78,52 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
                 by_map(request.from, &values, &bases, sketch)
             }
         };
-        let to = match request.from {
-            Shape::Sketch => mesh.clone(),
-            Shape::Mesh => FileMesh::from(sketch.mesh().clone()),
-        };
-        Ok::<_, Problem>((moved, to))
+        match (media_type, request.from) {
+            (GLB, Shape::Sketch) => transfer::glb(&moved, mesh),
+            (GLB, Shape::Mesh) => transfer::glb(&moved, &FileMesh::from(sketch.mesh().clone())),
+            (NPY, _) => Ok(transfer::npy(&moved)),
+            _ => serde_json::to_vec(&moved).map(Bytes::from).map_err(Unwritten::from),
+        }
+        .map_err(Problem::internal)
     };
-    let (moved, to) = app.with_memory(taken, work).await??;
-    let write = move |media_type| match media_type {
-        GLB => transfer::glb(&moved, &to),
-        NPY => Ok(transfer::npy(&moved)),
-        _ => Ok(serde_json::to_vec(&moved)?.into()),
-    };
-    wanted.answer_once(&app, write).await
+    let body = app.at_length(work).await??;
+    wanted.answer_once(&app, move |_| Ok::<_, Infallible>(body)).await
 }
 
 fn unfit(faults: Vec<Fault>) -> Problem {
     Problem::refused("this cannot be taken over", faults)
 }
 
-/// A match and its shapes.
+/// What a match found, read.
+pub(super) async fn outcome(app: &App, result: Bytes) -> Result<MatchResult, Problem> {
+    app.off_runtime(move || serde_json::from_slice(&result).map_err(Problem::internal)).await?
+}
+
+/// What a match found, and its shapes.
 pub(super) struct Matched {
     pub result: MatchResult,
-    pub sketch: Sketch,
-    pub mesh: FileMesh,
+    pub shapes: Held<(Sketch, FileMesh)>,
 }
 
 impl Matched {
-    pub async fn of(app: &App, id: &str) -> Result<Matched, Problem> {
-        let result = resource::result::<Settings>(app, id).await?;
-        let read = move || serde_json::from_slice::<MatchResult>(&result).map_err(Problem::internal);
-        let result = app.off_runtime(read).await??;
-        let (sketch, mesh) = (shapes::sketch(app, &result.sketch).await?, shapes::mesh(app, &result.mesh).await?);
-        Ok(Matched { result, sketch, mesh })
+    /// With room for so many bytes besides the shapes, as the mesh tells.
+    pub async fn of(
+        app: &App,
+        result: MatchResult,
+        besides: impl FnOnce(&store::Shape) -> usize,
+    ) -> Result<Matched, Problem> {
+        let shapes = shapes::both(app, (&result.sketch, &result.mesh), besides).await?;
+        Ok(Matched { result, shapes })
+    }
+
+    /// The spectra that it is looked at by.
+    pub fn spectra(&self, app: &App) -> Caches {
+        Caches::of_match(app.store.clone(), &self.result.mesh, &self.result.sketch)
     }
 
     /// The points back as JSON.
     fn inverse(&self, by: By, spectra: &Caches) -> Result<Bytes, Problem> {
-        let Matched { result, sketch, mesh } = self;
+        let (result, (sketch, mesh)) = (&self.result, &*self.shapes);
         let sketch_vertices = match by {
             By::Points => sketch_vertices(result, mesh, false),
             By::Map => {
@@ -121,18 +135,34 @@ impl Matched {
     }
 }
 
-/// What is seen of the drawing of a sketch.
-///
-/// # Errors
-/// 422 where it has no colours.
-async fn canvas(app: &App, sketch: &str) -> Result<Canvas, Problem> {
-    let colourless =
-        || unfit(vec![Fault::at_pointer("/given/type", "the sketch was uploaded as an outline, which has no colours")]);
-    let file = app.store.file(Kind::Sketch, sketch).await?.ok_or_else(colourless)?;
-    let limits = sketch::Config::default();
-    let kind = drawings::kind(&file.bytes, Some(&file.media_type))?;
-    let taken = drawings::memory(&file.bytes, kind, &limits)?;
-    app.with_memory(taken, move || drawings::canvas(&file.bytes, kind, &limits)).await?.ok_or_else(colourless)
+/// The drawing of a sketch, and the bytes of memory that it takes to see it, about.
+struct Drawing {
+    bytes: Bytes,
+    kind: drawings::Drawing,
+    memory: usize,
+}
+
+impl Drawing {
+    /// # Errors
+    /// 422 where there is none.
+    async fn of(app: &App, sketch: &str) -> Result<Drawing, Problem> {
+        let SourceFile { bytes, media_type } = app.store.file(Kind::Sketch, sketch).await?.ok_or_else(colourless)?;
+        let kind = drawings::kind(&bytes, Some(&media_type))?;
+        let memory = drawings::memory(&bytes, kind, &sketch::Config::default())?;
+        Ok(Drawing { bytes, kind, memory })
+    }
+
+    /// What is seen of it.
+    ///
+    /// # Errors
+    /// 422 where it has no colours.
+    fn canvas(&self) -> Result<Canvas, Problem> {
+        drawings::canvas(&self.bytes, self.kind, &sketch::Config::default()).ok_or_else(colourless)
+    }
+}
+
+fn colourless() -> Problem {
+    unfit(vec![Fault::at_pointer("/given/type", "the sketch was uploaded as an outline, which has no colours")])
 }
 
 /// What the points back are found by.
@@ -173,11 +203,12 @@ pub async fn inverse(
     let wanted = Wanted::negotiated(headers, &[JSON])?;
     let source = resource::result::<Settings>(&app, &id).await?;
     let fetched = async {
-        let matched = Matched::of(&app, &id).await?;
-        let memory = memory::of_spectrum(matched.mesh.positions().len(), matched.result.c.rows);
-        let spectra = Caches::new(app.store.clone());
-        let body = app.with_memory(memory, move || matched.inverse(by, &spectra)).await??;
+        let result = outcome(&app, source.clone()).await?;
+        let rows = result.c.rows;
+        let matched = Matched::of(&app, result, |mesh| memory::of_spectrum(mesh.vertices, rows)).await?;
+        let spectra = matched.spectra(&app);
+        let body = app.at_length(move || matched.inverse(by, &spectra)).await??;
         Ok(move |_| Ok::<_, Infallible>(body))
     };
-    wanted.answer_made_of(&app, (source, format!("inverse {by:?}")), fetched).await
+    wanted.answer_made_of(&app, (source.clone(), format!("inverse {by:?}")), fetched).await
 }

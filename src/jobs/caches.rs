@@ -25,17 +25,30 @@ pub struct Caches {
     runtime: Handle,
     /// Those of the job it is for.
     shapes: Shapes,
+    /// Whether spectra of other instruction sets will do where there is none of its own.
+    of_any: bool,
 }
 
 impl Caches {
     /// To be used from threads outside the runtime, which is the calling one.
     pub fn new(store: Store) -> Caches {
-        Caches { store, runtime: Handle::current(), shapes: Shapes::default() }
+        Caches { store, runtime: Handle::current(), shapes: Shapes::default(), of_any: false }
+    }
+
+    /// The same for who looks at a match of these shapes: with the spectra of the node that its job ran on, if there are none of
+    /// this one.
+    pub fn of_match(store: Store, mesh: &str, sketch: &str) -> Caches {
+        Caches { shapes: Shapes::of_match(mesh, sketch), of_any: true, ..Caches::new(store) }
     }
 
     /// The same for a job of these shapes, out of the store of its tenant.
     pub fn of(&self, store: Store, shapes: Shapes) -> Caches {
-        Caches { store, runtime: self.runtime.clone(), shapes }
+        Caches { store, runtime: self.runtime.clone(), shapes, of_any: self.of_any }
+    }
+
+    /// The spectrum that is kept.
+    async fn kept_spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
+        if self.of_any { self.store.spectrum_of_any(key, k).await } else { self.store.spectrum(key, k).await }
     }
 
     /// What is kept by that name, or what `compute` makes, kept then. A cache that fails costs time, not the answer.
@@ -90,7 +103,7 @@ impl pipeline::Spectra for Caches {
         self.get(
             (Cache::Spectra, &name),
             watch,
-            || self.store.spectrum(&key, k),
+            || self.kept_spectrum(&key, k),
             || spectral::spectrum(mesh, k, boundary, watch),
             |store, made| async move { store.put_spectrum(&key, made, shape.as_deref()).await },
         )
@@ -130,13 +143,33 @@ mod tests {
     use std::thread;
 
     use faer::Mat;
+    use serde_json::json;
 
     use super::*;
     use crate::deformation::handles::Handle;
     use crate::mesh::solids::sheet;
     use crate::numerics::Unwatched;
+    use crate::pipeline::Spectra;
     use crate::posing::WeightSource;
+    use crate::sketch::{Sketch, YAxis};
     use crate::store::testing::fresh;
+    use crate::store::{Kind, Source};
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn what_a_match_is_looked_at_by_goes_with_its_shapes() {
+        let (_directory, store) = fresh().await;
+        let flat = sheet(6, 3);
+        let source = Source { bytes: "s".into(), media_type: "image/svg+xml".to_owned(), parameters: String::new() };
+        let sketch = Sketch::new(flat.clone(), YAxis::Up).unwrap();
+        let sketch = store.insert_sketch(sketch, source, None, json!({})).await.unwrap().0.id;
+        let caches = Caches::of_match(store.clone(), "mesh_none", &sketch);
+        let asked = || caches.spectrum(&flat, 5, Boundary::Neumann, &Unwatched).unwrap();
+        let found = thread::scope(|scope| scope.spawn(asked).join()).unwrap();
+        let key = SpectrumKey { shape_hash: flat.content_hash(), boundary: Boundary::Neumann };
+        assert_eq!(store.spectrum(&key, 5).await.unwrap().as_ref(), Some(&*found));
+        store.delete_shape(Kind::Sketch, &sketch).await.unwrap();
+        assert_eq!(store.spectrum(&key, 5).await.unwrap(), None);
+    }
 
     #[tokio::test(flavor = "multi_thread")]
     async fn weights_are_kept_by_what_is_held() {

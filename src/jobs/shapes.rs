@@ -17,6 +17,11 @@ impl From<&Job> for Shapes {
 }
 
 impl Shapes {
+    /// Those of a match.
+    pub fn of_match(mesh: &str, sketch: &str) -> Shapes {
+        Shapes { mesh: Some(mesh.to_owned()), sketch: Some(sketch.to_owned()) }
+    }
+
     /// The shape that `part` is of, which tells for how long what is made of it is kept. Sketches lie in the plane z = 0; of a
     /// mesh that does too it would only be computed again.
     pub fn of(&self, part: &TriangleMesh) -> Option<&str> {

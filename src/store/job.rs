@@ -211,11 +211,11 @@ pub struct Places {
     pub of_kind: usize,
 }
 
-/// What became of a job that was submitted.
+/// What became of a job that was submitted, or of several that were submitted together.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Submitted {
+pub enum Submitted<T = Box<Job>> {
     /// It waits, or the job of this name that was there before stands for it.
-    Taken(Box<Job>),
+    Taken(T),
     /// No place is free.
     Full,
     /// A shape it needs is not there.

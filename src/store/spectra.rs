@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use faer::Mat;
@@ -23,13 +24,23 @@ pub struct SpectrumKey {
 }
 
 impl SpectrumKey {
+    /// Where those are that this process computes.
     fn folder(&self) -> String {
+        format!("{}{}", self.folders(), instruction_set())
+    }
+
+    /// How the names of the folders begin that processes of all instruction sets keep them in.
+    fn folders(&self) -> String {
         let boundary = match self.boundary {
             Boundary::Neumann => "neumann",
             Boundary::Dirichlet => "dirichlet",
         };
-        let instructions = instruction_set();
-        format!("spectra/{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}-{instructions}", self.shape_hash.to_hex())
+        format!("{}/{OPERATOR}-{boundary}-{SOLVER_VERSION}-", self.shape())
+    }
+
+    /// Where all are of this mesh.
+    fn shape(&self) -> String {
+        format!("spectra/{}", self.shape_hash.to_hex())
     }
 }
 
@@ -48,9 +59,39 @@ impl Store {
     pub async fn spectrum(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
         let folder = self.cached_as(&key.folder());
         let cached = self.blobs.names(&folder).await?;
-        let lengths = cached.iter().filter_map(|name| length(name));
-        let Some(length) = lengths.filter(|length| (k..=rung(k)).contains(length)).max() else { return Ok(None) };
-        self.cached(blob(&folder, length), move |bytes| decode(bytes, length)).await
+        match longest(&cached, k) {
+            Some(length) => self.spectrum_in(&folder, length).await,
+            None => Ok(None),
+        }
+    }
+
+    /// The same for who looks at what others compute: where there is none of this process's instruction set that of another
+    /// will do, of several the first by name. A process that waited for its own would wait for ever where none computes that has
+    /// its instruction set.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub async fn spectrum_of_any(&self, key: &SpectrumKey, k: usize) -> Result<Option<Spectrum>, StoreError> {
+        let (own, folders) = (self.cached_as(&key.folder()), self.cached_as(&key.folders()));
+        let cached = self.blobs.names(&self.cached_as(&key.shape())).await?;
+        let mut by_folder: BTreeMap<(bool, &str), Vec<&String>> = BTreeMap::new();
+        for name in cached.iter().filter(|name| name.starts_with(&folders)) {
+            let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
+            by_folder.entry((folder != own, folder)).or_default().push(name);
+        }
+        for ((_, folder), names) in by_folder {
+            if let Some(length) = longest(names, k)
+                && let Some(found) = self.spectrum_in(folder, length).await?
+            {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The spectrum of this length in a folder; nothing where it is damaged.
+    async fn spectrum_in(&self, folder: &str, length: usize) -> Result<Option<Spectrum>, StoreError> {
+        self.cached(blob(folder, length), move |bytes| decode(bytes, length)).await
     }
 
     /// Caches a spectrum under its number of eigenpairs, for as long as there is the shape it was made for.
@@ -72,6 +113,11 @@ impl Store {
 
 fn blob(folder: &str, length: usize) -> String {
     format!("{folder}/{length}.safetensors")
+}
+
+/// The length of the longest of these blobs that is what would be computed where `k` pairs are asked for.
+fn longest<'a>(blobs: impl IntoIterator<Item = &'a String>, k: usize) -> Option<usize> {
+    blobs.into_iter().filter_map(|name| length(name)).filter(|length| (k..=rung(k)).contains(length)).max()
 }
 
 fn length(blob: &str) -> Option<usize> {
@@ -169,6 +215,30 @@ mod tests {
         let other = SpectrumKey { shape_hash: blake3::Hash::from_bytes([8; 32]), ..KEY };
         assert_eq!(store.spectrum(&fixed, 5).await.unwrap(), None);
         assert_eq!(store.spectrum(&other, 5).await.unwrap(), None);
+    }
+
+    #[tokio::test]
+    async fn who_looks_at_it_takes_what_another_instruction_set_has_kept() {
+        let (_directory, store) = fresh().await;
+        let keep = async |folder: &str, factor: f64| {
+            let mut spectrum = numbered(9, 5);
+            spectrum.mass[0] = factor;
+            store.blobs.put(&blob(folder, 5), encode(&spectrum).unwrap()).await.unwrap();
+        };
+        let of_any = async || store.spectrum_of_any(&KEY, 5).await.unwrap().map(|spectrum| spectrum.mass[0]);
+        let others = ["b", "a"].map(|instructions| format!("{}{instructions}", KEY.folders()));
+        // Neither another boundary nor another version of the solver.
+        keep(&SpectrumKey { boundary: Boundary::Dirichlet, ..KEY }.folder(), 1.0).await;
+        keep(&format!("{}/{OPERATOR}-neumann-{SOLVER_VERSION}0-a", KEY.shape()), 2.0).await;
+        assert_eq!(of_any().await, None);
+        keep(&others[0], 3.0).await;
+        assert_eq!((of_any().await, store.spectrum(&KEY, 5).await.unwrap()), (Some(3.0), None));
+        keep(&others[1], 4.0).await;
+        assert_eq!(of_any().await, Some(4.0));
+        store.blobs.put(&blob(&others[1], 5), b"no tensors".to_vec()).await.unwrap();
+        assert_eq!(of_any().await, Some(3.0));
+        keep(&KEY.folder(), 5.0).await;
+        assert_eq!(of_any().await, Some(5.0));
     }
 
     #[tokio::test]

@@ -117,12 +117,25 @@ async fn a_sweep_is_a_match_for_every_value() {
         assert_eq!(problem["errors"][0]["pointer"], pointer, "{problem}");
     }
     problem_of(ask(sweep("/basis/k", json!([5, 6, 7, 8]))).await, 503).await;
-    let all = server.read("/v1/matches").await;
-    assert!(all["items"].as_array().unwrap().iter().all(|item| item["status"] == "cancelled"), "{all}");
+    // All or none: nothing is listed of a refused one.
+    assert_eq!(server.read("/v1/matches").await["items"], json!([]));
 
     let swept = json_of(ask(sweep("/regulariser/gamma", json!([0.1, 1, 10]))).await, 202).await;
     let gammas: Vec<&Value> =
         swept["matches"].as_array().unwrap().iter().map(|m| &m["request"]["regulariser"]["gamma"]).collect();
     assert_eq!(gammas, [&json!(0.1), &json!(1.0), &json!(10.0)]);
     assert_eq!(swept["matches"][1]["name"], "/regulariser/gamma = 1");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_requests_of_a_sweep_are_together_as_long_as_four_at_most() {
+    let server = Server::idle(Config { max_request_bytes: 4000, ..Config::default() }).await;
+    let (mesh, sketch) = (server.mesh().await, server.sketch().await);
+    let sweep = |values: usize| {
+        let request = json!({"mesh": mesh, "sketch": sketch, "components": vec![0; 900]});
+        json!({"request": request, "pointer": "/basis/k", "values": vec![7; values]})
+    };
+    let problem = problem_of(server.post("/v1/sweeps").json(&sweep(9)).send().await.unwrap(), 422).await;
+    assert_eq!(problem["errors"][0]["pointer"], "/values", "{problem}");
+    json_of(server.post("/v1/sweeps").json(&sweep(8)).send().await.unwrap(), 202).await;
 }

@@ -34,6 +34,11 @@ impl Server {
         Server::start(http::Config::default(), true).await
     }
 
+    /// The same with other limits.
+    pub async fn working_within(config: http::Config) -> Server {
+        Server::start(config, true).await
+    }
+
     /// A server that queues and never works.
     pub async fn idle(config: http::Config) -> Server {
         Server::start(config, false).await

@@ -293,6 +293,10 @@ async fn a_tenant_that_takes_all_it_may_holds_up_itself_alone() {
         let sketch = id(&json_of(sketch, 201).await);
         let asked = server.request_with(Some(&key), "POST", "/v1/matches");
         let asked = asked.json(&json!({"mesh": mesh, "sketch": sketch}));
+        let sweep = json!({"request": {"mesh": mesh, "sketch": sketch}, "pointer": "/basis/k", "values": [7, 8, 9]});
+        let sweep = server.request_with(Some(&key), "POST", "/v1/sweeps").json(&sweep).send().await.unwrap();
+        problem_of(sweep, 429).await;
+        // None of its matches takes a place.
         assert_eq!(statuses(asked.try_clone().unwrap(), 4).await, [202, 202, 429, 429], "{tenant}");
         let refused = asked.send().await.unwrap();
         assert_eq!(header(&refused, "retry-after"), "30");

@@ -47,6 +47,33 @@ async fn a_function_is_taken_either_way_by_either_means() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn what_takes_more_memory_than_there_is_is_answered_alone() {
+    let server = Server::working_within(Config { max_reading_bytes: 1, ..Config::default() }).await;
+    let matched = server.intrinsic_match(json!({})).await;
+    let result = server.read(&format!("{matched}/result")).await;
+    let [sketch, mesh] = ["sketch", "mesh"].map(|kind| format!("/v1/{kind}es/{}", result[kind].as_str().unwrap()));
+    let mut paths: Vec<String> =
+        ["inside", "inverse", "inverse?by=map", "picture", "mesh.glb"].map(|part| format!("{matched}/{part}")).into();
+    for shape in [sketch, mesh] {
+        paths.extend(["mesh", "picture"].map(|part| format!("{shape}/{part}")));
+        paths.extend(["spectrum", "functions?kind=wave_kernel", "segmentation", "rebuilt"].map(|part| {
+            let (part, query) = part.split_once('?').unwrap_or((part, ""));
+            format!("{shape}/{part}?k=10&boundary=neumann&{query}")
+        }));
+    }
+    // All at once: of those that held what another waits for none would be answered.
+    let answers = paths.iter().map(|path| server.get(path).send());
+    for (answer, path) in futures::future::join_all(answers).await.into_iter().zip(&paths) {
+        let status = answer.unwrap().status();
+        assert!([200, 202].contains(&status.as_u16()), "{path}: {status}");
+    }
+    let drawn = json!({"from": "sketch", "by": "map", "given": {"type": "labels", "values": vec![1; result["correspondences"].as_array().unwrap().len()]}});
+    json_of(server.post(&format!("{matched}/transfers")).json(&drawn).send().await.unwrap(), 200).await;
+    let labels = json!({"labels": {"sketch": [], "mesh": []}});
+    problem_of(server.post(&format!("{matched}/evaluations")).json(&labels).send().await.unwrap(), 422).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn what_is_taken_over_comes_as_a_coloured_mesh_and_as_an_array() {
     let server = Server::working().await;
     let matched = server.intrinsic_match(json!({})).await;

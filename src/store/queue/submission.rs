@@ -20,6 +20,40 @@ impl Store {
             transaction.commit().await?;
             Ok::<_, StoreError>(submitted)
         };
+        self.told_of(taking).await
+    }
+
+    /// Puts jobs into the queue, if there is a place for each of them: all or none.
+    ///
+    /// # Errors
+    /// What the database said.
+    pub async fn submit_all(&self, jobs: &[NewJob<'_>], places: Places) -> Result<Submitted<Vec<Job>>, StoreError> {
+        let taking = async {
+            let mut transaction = self.engine.alone(&self.pool).await?;
+            let mut taken = Vec::new();
+            for job in jobs {
+                let refused = match enqueue(&mut transaction, &self.tenant, job, places).await? {
+                    Submitted::Taken(job) => {
+                        taken.push(*job);
+                        continue;
+                    }
+                    Submitted::Full => Submitted::Full,
+                    Submitted::Gone => Submitted::Gone,
+                };
+                transaction.rollback().await?;
+                return Ok(refused);
+            }
+            transaction.commit().await?;
+            Ok::<_, StoreError>(Submitted::Taken(taken))
+        };
+        self.told_of(taking).await
+    }
+
+    /// What becomes of a submission; of what is taken those are told who wait for jobs.
+    async fn told_of<T>(
+        &self,
+        taking: impl Future<Output = Result<Submitted<T>, StoreError>>,
+    ) -> Result<Submitted<T>, StoreError> {
         let submitted = timed(Operation::Submit, taking).await?;
         if matches!(submitted, Submitted::Taken(_)) {
             self.changes.tell_of_queue();

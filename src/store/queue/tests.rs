@@ -85,6 +85,29 @@ async fn results(store: &Store) -> Vec<String> {
 }
 
 #[tokio::test]
+async fn jobs_that_are_submitted_together_are_all_taken_or_none() {
+    on_every_database(async |_, store| {
+        let listed = async || store.jobs(MATCH, &Page { after: None, limit: 99 }).await.unwrap().len();
+        let named = ["0", "1", "2"].map(|name| NewJob { dedupe: Some(name), ..NewJob::of(MATCH, name) });
+        let two = Places { queue: 2, of_kind: 2 };
+        assert_eq!(store.submit_all(&named, two).await.unwrap(), Submitted::Full);
+        let gone = NewJob { mesh: Some("mesh_none"), ..NewJob::of(MATCH, "3") };
+        assert_eq!(store.submit_all(&[named[0], gone], two).await.unwrap(), Submitted::Gone);
+        assert_eq!(listed().await, 0);
+        // Nobody is in the way of who comes next.
+        let Submitted::Taken(first) = store.submit_all(&named, PLACES).await.unwrap() else { panic!("there is place") };
+        assert_eq!(
+            (first.iter().map(|job| job.place).collect::<Vec<_>>(), listed().await),
+            (vec![Some(1), Some(2), Some(3)], 3)
+        );
+        // The same again, where there is no place any more, stands for itself.
+        let Submitted::Taken(again) = store.submit_all(&named, two).await.unwrap() else { panic!("they are there") };
+        assert_eq!((again, listed().await), (first, 3));
+    })
+    .await;
+}
+
+#[tokio::test]
 async fn jobs_are_claimed_in_order_by_the_kinds_asked_for() {
     on_every_database(async |_, store| {
         let mut matches = Vec::new();
