@@ -123,7 +123,7 @@ pub fn led<E: From<FactorisationError>>(
 }
 
 /// The best rotation of every vertex's star as (cos, sin).
-fn rotations(elastic: &Elastic, rest: &[[f64; 2]], now: &[[f64; 2]]) -> Vec<[f64; 2]> {
+pub fn rotations(elastic: &Elastic, rest: &[[f64; 2]], now: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut turns = vec![[0.0; 2]; rest.len()];
     for &(i, j, w) in &elastic.edges {
         let (i, j) = (i as usize, j as usize);

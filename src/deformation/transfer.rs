@@ -32,6 +32,22 @@ pub struct Pair {
     pub weight: f64,
 }
 
+/// b functions on a surface of n vertices.
+pub struct Carried {
+    /// n × b.
+    pub values: Mat<f64>,
+    /// S: n × 2 b, of each function along x and along y in the plane of the drawing.
+    pub gradients: Mat<f64>,
+}
+
+impl Carried {
+    /// The value of a function beside a vertex of the surface, so far from it in the plane of the drawing.
+    pub fn beside(&self, vertex: usize, [x, y]: [f64; 2], function: usize) -> f64 {
+        let along = |axis: usize| self.gradients[(vertex, 2 * function + axis)];
+        self.values[(vertex, function)] + x * along(0) + y * along(1)
+    }
+}
+
 /// Takes functions of a drawing's m vertices to a surface's n: linear, and exact for those that are linear in the plane.
 pub struct Transfer<'a> {
     drawing: &'a TriangleMesh,
@@ -81,22 +97,24 @@ impl<'a> Transfer<'a> {
         Ok(Transfer { drawing, places, pairs, links, smooth, placing })
     }
 
-    /// Functions of the drawing's vertices (m × b) on the surface (n × b).
+    /// Functions of the drawing's vertices (m × b) on the surface.
     ///
     /// # Errors
     /// That of `ask`, which is asked at every few functions whether to go on.
-    pub fn carried<E>(&self, functions: &Mat<f64>, ask: impl Fn() -> Result<(), E>) -> Result<Mat<f64>, E> {
-        let mut carried = Mat::zeros(self.places.len(), functions.ncols());
-        for first in (0..functions.ncols()).step_by(AT_A_TIME) {
+    pub fn carried<E>(&self, functions: &Mat<f64>, ask: impl Fn() -> Result<(), E>) -> Result<Carried, E> {
+        let (n, b) = (self.places.len(), functions.ncols());
+        let mut carried = Carried { values: Mat::zeros(n, b), gradients: Mat::zeros(n, 2 * b) };
+        for first in (0..b).step_by(AT_A_TIME) {
             ask()?;
-            let count = AT_A_TIME.min(functions.ncols() - first);
+            let count = AT_A_TIME.min(b - first);
             let some = self.carried_together(&functions.subcols(first, count).to_owned());
-            carried.subcols_mut(first, count).copy_from(&some);
+            carried.values.subcols_mut(first, count).copy_from(&some.values);
+            carried.gradients.subcols_mut(2 * first, 2 * count).copy_from(&some.gradients);
         }
         Ok(carried)
     }
 
-    fn carried_together(&self, f: &Mat<f64>) -> Mat<f64> {
+    fn carried_together(&self, f: &Mat<f64>) -> Carried {
         let (n, b) = (self.places.len(), f.ncols());
         let own = gradients(self.drawing, f);
         let mut gradients = Mat::<f64>::zeros(n, 2 * b);
@@ -128,7 +146,7 @@ impl<'a> Transfer<'a> {
             }
         }
         self.placing.solve(right.as_mut());
-        right
+        Carried { values: right, gradients }
     }
 }
 
@@ -199,7 +217,7 @@ mod tests {
         let transfer = Transfer::new(&setting.drawing, &setting.surface, &setting.places, &setting.pairs, ask).unwrap();
         let points = setting.drawing.positions();
         let f = Mat::from_fn(points.len(), 1, |v, _| function([points[v][0], points[v][1]]));
-        transfer.carried(&f, ask).unwrap().col(0).iter().copied().collect()
+        transfer.carried(&f, ask).unwrap().values.col(0).iter().copied().collect()
     }
 
     #[test]

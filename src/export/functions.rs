@@ -7,6 +7,7 @@ use safetensors::tensor::{Dtype, TensorView};
 use super::{Unwritten, npy};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::followers::{Follower, followers};
 use crate::picture::paint::Paint;
 use crate::picture::{painted_glb, painted_png, posed_glb};
 use crate::regions::Regions;
@@ -69,9 +70,16 @@ pub fn labelled_png(labels: &[i32], mesh: &FileMesh, width: u32) -> Result<Bytes
     Ok(painted_png(mesh, &Paint::Labels(labels), width)?.into())
 }
 
-/// Where the vertices of a file are that has its figure's at these places; its own where they are none of those.
+/// Where the vertices of a file are that has its figure's at these places: as far from those of the figure that answer for them as
+/// ever; its own where they are none of those.
 pub fn placed(places: &[[f64; 3]], figure: &Figure, mesh: &FileMesh) -> Vec<[f64; 3]> {
-    figure.of_file().zip(mesh.positions()).map(|(row, &own)| row.map_or(own, |row| places[row])).collect()
+    let followers = followers(&figure.mesh, mesh.positions(), figure.of_file());
+    let placed = |(follower, &own): (Option<Follower>, &[f64; 3])| {
+        let Some(follower) = follower else { return own };
+        let [was, now] = [figure.mesh.positions(), places].map(|places| follower.blended(|v| places[v]));
+        std::array::from_fn(|i| now[i] + (own[i] - was[i]))
+    };
+    followers.zip(mesh.positions()).map(placed).collect()
 }
 
 /// Places as an array, a row per vertex of the file.
@@ -85,4 +93,28 @@ pub fn places_npy(places: &[[f64; 3]]) -> Bytes {
 /// What the encoder reports.
 pub fn places_glb(places: Vec<[f64; 3]>, mesh: &FileMesh) -> Result<Bytes, Unwritten> {
     Ok(posed_glb(mesh, &[places])?.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::formats::{Format, Limits};
+    use crate::mesh::solids::sphere;
+    use crate::mesh::validation::import;
+
+    #[test]
+    fn a_file_of_many_triangles_keeps_them_apart() {
+        let ball = sphere(20, 40);
+        let vertices = ball.positions().iter().map(|[x, y, z]| format!("v {x} {y} {z}\n"));
+        let faces = ball.triangles().iter().map(|t| t.map(|v| v + 1)).map(|[a, b, c]| format!("f {a} {b} {c}\n"));
+        let obj: String = vertices.chain(faces).collect();
+        let limits = Limits { triangles: 500, ..Limits::default() };
+        let mesh = import(obj.as_bytes(), Format::Obj, &limits).unwrap().mesh;
+        assert!(mesh.is_decimated());
+        let figure = Figure::largest(&mesh);
+        let shifted: Vec<[f64; 3]> = figure.mesh.positions().iter().map(|[x, y, z]| [x + 1.0, *y, *z]).collect();
+        for (placed, [x, y, z]) in placed(&shifted, &figure, &mesh).into_iter().zip(mesh.positions()) {
+            assert!(placed.into_iter().zip([x + 1.0, *y, *z]).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+    }
 }

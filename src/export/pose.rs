@@ -38,7 +38,8 @@ fn frame(result: &[u8], number: usize) -> Result<Frame, Unwritten> {
 }
 
 /// One frame of a result as Wavefront OBJ: the file the mesh was read of with its vertices in their new places, where that
-/// was an OBJ, so that its faces, groups, texture coordinates and materials stay; else vertices and triangles.
+/// was an OBJ, so that its faces, groups, texture coordinates and materials stay; else vertices and triangles. Its normals are
+/// those of the mesh at rest, and left out: whatever shows it makes its own.
 ///
 /// # Errors
 /// A result that cannot be read or has no such frame.
@@ -51,26 +52,43 @@ pub fn obj(result: &[u8], number: usize, mesh: &FileMesh, file: Option<&[u8]>) -
 fn moved(file: &[u8], places: &[[f64; 3]]) -> Option<Vec<u8>> {
     let mut written = Vec::with_capacity(file.len());
     let mut next = places.iter();
+    let (mut keyword, mut goes_on): (&[u8], bool) = (b"", false);
     for line in file.split_inclusive(|&byte| byte == b'\n') {
-        let text = line.trim_ascii_start();
-        let is_vertex = text.first() == Some(&b'v') && text.get(1).is_some_and(|byte| matches!(byte, b' ' | b'\t'));
-        if !is_vertex {
-            written.extend_from_slice(line);
-            continue;
+        let text = line.trim_ascii();
+        if !goes_on {
+            keyword = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         }
-        let text = std::str::from_utf8(text).ok()?.trim_ascii_end();
-        if text.ends_with('\\') {
-            return None;
+        goes_on = text.ends_with(b"\\");
+        match keyword {
+            b"v" if goes_on => return None,
+            b"v" => {
+                vertex(&mut written, next.next()?);
+                // A weight or a colour stays.
+                std::str::from_utf8(text).ok()?.split_ascii_whitespace().skip(4).for_each(|rest| {
+                    written.push(b' ');
+                    written.extend_from_slice(rest.as_bytes());
+                });
+                written.push(b'\n');
+            }
+            b"vn" => {}
+            b"f" => face(&mut written, line, goes_on),
+            _ => written.extend_from_slice(line),
         }
-        vertex(&mut written, next.next()?);
-        // A weight or a colour stays.
-        text.split_ascii_whitespace().skip(4).for_each(|rest| {
-            written.push(b' ');
-            written.extend_from_slice(rest.as_bytes());
-        });
-        written.push(b'\n');
     }
     next.next().is_none().then_some(written)
+}
+
+/// Corners of a face without their normals; what is continued on the next line is brought to one.
+fn face(written: &mut Vec<u8>, line: &[u8], goes_on: bool) {
+    let text = line.trim_ascii_end();
+    for word in text.strip_suffix(b"\\").unwrap_or(text).split_inclusive(u8::is_ascii_whitespace) {
+        let corner = word.trim_ascii_end();
+        let normal = (0..corner.len()).filter(|&at| corner[at] == b'/').nth(1).unwrap_or(corner.len());
+        let kept = corner[..normal].strip_suffix(b"/").unwrap_or(&corner[..normal]);
+        written.extend_from_slice(kept);
+        written.extend_from_slice(&word[corner.len()..]);
+    }
+    written.extend_from_slice(if goes_on { b" " } else { &line[text.len()..] });
 }
 
 fn plain(places: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
@@ -171,12 +189,24 @@ mod tests {
     }
 
     #[test]
-    fn an_obj_keeps_all_but_its_vertices() {
+    fn an_obj_keeps_all_but_its_vertices_and_normals() {
         let file =
             "# cat\nmtllib cat.mtl\nvt 0 1\r\n  v 0 0 0\nv\t1 0 0 1.0 0.5 0.25\nv 0 1 0\nvn 0 0 1\nf 1/1 2/1 3/1\n";
-        let expected =
-            "# cat\nmtllib cat.mtl\nvt 0 1\r\nv 9 0 0\nv 1 0 0 1.0 0.5 0.25\nv 0 1 0\nvn 0 0 1\nf 1/1 2/1 3/1\n";
+        let expected = "# cat\nmtllib cat.mtl\nvt 0 1\r\nv 9 0 0\nv 1 0 0 1.0 0.5 0.25\nv 0 1 0\nf 1/1 2/1 3/1\n";
         assert_eq!(written(1, Some(file)), expected);
+    }
+
+    #[test]
+    fn no_face_names_a_normal_of_the_mesh_at_rest() {
+        let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+        for (file, kept) in [
+            ("vn 0 0 1\nf 1//1 2//1 3//1\n", "f 1 2 3\n"),
+            ("vn 0 \\\n0 1\ns 1\n f 1/1/1\t2/2/1 -1/3/-1\r\n", "s 1\n f 1/1\t2/2 -1/3\r\n"),
+            ("f 1/1/1 \\\n2/2/1\\\n 3/3/1 # c", "f 1/1  2/2  3/3 # c"),
+            ("f 1/ 2/ 3/", "f 1 2 3"),
+        ] {
+            assert_eq!(written(1, Some(&format!("{vertices}{file}"))), format!("v 9 0 0\nv 1 0 0\nv 0 1 0\n{kept}"));
+        }
     }
 
     #[test]

@@ -23,6 +23,7 @@ impl Cut {
     /// The triangles of all faces. A fault is a face that names a vertex out of range or without sound coordinates.
     pub fn of(polygons: &Polygons, faults: &mut Faults) -> Cut {
         let mut cut = Cut::default();
+        let mut looks = polygon::LOOKS;
         let mut nowhere = vec![false; polygons.positions.len()];
         for (f, corners) in polygons.faces().enumerate() {
             let place = || polygons.face_place(f);
@@ -36,7 +37,7 @@ impl Cut {
                 let is_placed = unsound.peek().is_none();
                 unsound.for_each(|&v| nowhere[v as usize] = true);
                 if is_placed {
-                    cut.push(f, polygon, polygons);
+                    cut.push(f, polygon, polygons, &mut looks);
                 }
             }
         }
@@ -46,7 +47,7 @@ impl Cut {
         cut
     }
 
-    fn push(&mut self, face: usize, mut polygon: Vec<u32>, polygons: &Polygons) {
+    fn push(&mut self, face: usize, mut polygon: Vec<u32>, polygons: &Polygons, looks: &mut usize) {
         if polygon.len() > 3 {
             polygon.dedup();
             while polygon.len() > 1 && polygon.first() == polygon.last() {
@@ -56,7 +57,7 @@ impl Cut {
         if polygon.len() < 3 {
             return self.collapsed.push(face);
         }
-        let polygon::Cut { triangles, clean } = polygon::cut(&polygon, &polygons.positions);
+        let polygon::Cut { triangles, clean } = polygon::cut(&polygon, &polygons.positions, looks);
         if !clean {
             self.crossing.push(face);
         }

@@ -9,6 +9,7 @@ pub mod farthest_points;
 pub mod figure;
 pub mod file_mesh;
 pub mod flat;
+pub mod followers;
 pub mod formats;
 pub mod geodesics;
 mod joining;

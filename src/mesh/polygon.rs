@@ -7,9 +7,9 @@ use crate::geometry::{cross, dot, length, subtract};
 
 /// Twice the area below which a triangle counts as flat, in a polygon scaled to unit size.
 const FLAT: f64 = 1e-12;
-/// Corners times turns to the wrong side up to which it is looked whether an ear covers a corner: a second at most for all
-/// polygons of a file together.
-const LOOKED_AT: usize = 1 << 20;
+/// Corners times turns to the wrong side, summed over the polygons of a file, up to which it is looked whether an ear covers a
+/// corner: a second at most, at 5 ns for each.
+pub(super) const LOOKS: usize = 1 << 27;
 
 type Point = [f64; 2];
 
@@ -28,14 +28,15 @@ pub(super) struct Cut {
 ///
 /// Quads are cut along the shorter diagonal of those that stay inside; other polygons by ear clipping, the best-shaped
 /// ear first. The outcome does not depend on the corner the polygon starts from nor on its direction, so that a
-/// repeated polygon gives repeated triangles. O(n log n) where all corners turn to one side.
-pub(super) fn cut(polygon: &[u32], positions: &[[f64; 3]]) -> Cut {
+/// repeated polygon gives repeated triangles, as long as there are `looks` left for it: a polygon takes its own of them. O(n log n)
+/// where all corners turn to one side.
+pub(super) fn cut(polygon: &[u32], positions: &[[f64; 3]], looks: &mut usize) -> Cut {
     if let &[a, b, c] = polygon {
         return Cut { triangles: vec![[a, b, c]], clean: true };
     }
     let (distinct, folded) = apart(polygon, positions);
     if !folded.is_empty() && distinct.len() > 2 {
-        let Cut { triangles, clean } = cut(&distinct, positions);
+        let Cut { triangles, clean } = cut(&distinct, positions, looks);
         return Cut { triangles: [triangles, folded].concat(), clean };
     }
     let (polygon, reversed) = canonical(polygon);
@@ -43,7 +44,7 @@ pub(super) fn cut(polygon: &[u32], positions: &[[f64; 3]]) -> Cut {
     let (corners, clean) = match points {
         Some(points) => match quad(&points) {
             Some(halves) => (halves, true),
-            None => ears(&points),
+            None => ears(&points, looks),
         },
         None => ((2..polygon.len()).map(|i| [0, i - 1, i]).collect(), false),
     };
@@ -136,8 +137,8 @@ fn quad(points: &[Point]) -> Option<Vec<[usize; 3]>> {
 }
 
 /// Ear clipping, and whether every triangle was an ear. Where there is none, the best-shaped corner is cut off.
-fn ears(points: &[Point]) -> (Vec<[usize; 3]>, bool) {
-    let mut ring = Ring::of(points);
+fn ears(points: &[Point], looks: &mut usize) -> (Vec<[usize; 3]>, bool) {
+    let mut ring = Ring::of(points, looks);
     let mut queue: BinaryHeap<Ear> = (0..points.len()).map(|i| ring.ear(i)).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
     let mut clean = ring.is_looked_at;
@@ -171,12 +172,14 @@ struct Ring<'a> {
 const GONE: u32 = u32::MAX;
 
 impl Ring<'_> {
-    fn of(points: &[Point]) -> Ring<'_> {
+    fn of<'a>(points: &'a [Point], looks: &mut usize) -> Ring<'a> {
         let n = points.len();
         let (before, after) = ((0..n).map(|i| (i + n - 1) % n).collect(), (0..n).map(|i| (i + 1) % n).collect());
         let mut ring = Ring { points, before, after, cuts: vec![0; n], wrong: Vec::new(), is_looked_at: true };
         ring.wrong = (0..n).filter(|&i| ring.turn(i) <= FLAT).collect();
-        ring.is_looked_at = n.saturating_mul(ring.wrong.len()) <= LOOKED_AT;
+        let left = looks.checked_sub(n.saturating_mul(ring.wrong.len()));
+        ring.is_looked_at = left.is_some();
+        *looks = left.unwrap_or(*looks);
         ring
     }
 
@@ -253,7 +256,7 @@ mod tests {
     }
 
     fn whole(outline: &[Point]) -> Cut {
-        cut(&(0..outline.len() as u32).collect::<Vec<_>>(), &lifted(outline))
+        cut(&(0..outline.len() as u32).collect::<Vec<_>>(), &lifted(outline), &mut LOOKS.clone())
     }
 
     fn shoelace(outline: &[Point]) -> f64 {
@@ -301,16 +304,29 @@ mod tests {
         }
     }
 
+    /// A star whose every other corner turns to the wrong side.
+    fn star(corners: u32) -> Vec<Point> {
+        let corner = |i: u32| {
+            let angle = f64::from(i) / f64::from(corners) * std::f64::consts::TAU;
+            let radius = 1.0 + f64::from(i % 2);
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        (0..corners).map(corner).collect()
+    }
+
     #[test]
-    fn covers_a_star_of_the_most_corners() {
-        let n = 1024;
-        let star: Vec<Point> = (0..n)
-            .map(|i| {
-                let (angle, radius) = (i as f64 / n as f64 * std::f64::consts::TAU, 1.0 + f64::from(i % 2));
-                [radius * angle.cos(), radius * angle.sin()]
-            })
-            .collect();
-        assert_covers(&star);
+    fn covers_a_star_of_many_corners() {
+        assert_covers(&star(2048));
+    }
+
+    #[test]
+    fn polygons_of_a_file_share_the_looks() {
+        let (outline, polygon) = (star(100), (0..100).collect::<Vec<u32>>());
+        let positions = lifted(&outline);
+        let mut looks = 2 * 100 * 50 + 1;
+        let clean = [(); 3].map(|()| cut(&polygon, &positions, &mut looks).clean);
+        assert_eq!((clean, looks), ([true, true, false], 1));
+        assert!(cut(&[0, 1, 99], &positions, &mut looks).clean);
     }
 
     #[test]
@@ -328,7 +344,7 @@ mod tests {
     fn does_not_depend_on_start_and_direction() {
         let positions = lifted(&COMB);
         let sorted = |polygon: &[u32]| {
-            let mut triangles = cut(polygon, &positions).triangles;
+            let mut triangles = cut(polygon, &positions, &mut LOOKS.clone()).triangles;
             triangles.iter_mut().for_each(|t| t.sort_unstable());
             triangles.sort_unstable();
             triangles
@@ -345,7 +361,7 @@ mod tests {
     fn cuts_a_square_to_its_area_in_space() {
         let positions = lifted(&[[0., 0.], [1., 0.], [1., 1.], [0., 1.]]);
         let whole = length(cross(subtract(positions[1], positions[0]), subtract(positions[3], positions[0])));
-        let parts: f64 = cut(&[0, 1, 2, 3], &positions)
+        let parts: f64 = cut(&[0, 1, 2, 3], &positions, &mut LOOKS.clone())
             .triangles
             .iter()
             .map(|t| triangle_area(t.map(|v| positions[v as usize])))
@@ -363,7 +379,7 @@ mod tests {
     #[test]
     fn covers_a_face_with_a_hole_and_a_bridge_to_it() {
         let points = [[0., 0.], [9., 0.], [9., 9.], [0., 9.], [3., 3.], [6., 3.], [6., 6.], [3., 6.]];
-        let Cut { triangles, clean } = cut(&[0, 1, 2, 3, 0, 4, 7, 6, 5, 4], &lifted(&points));
+        let Cut { triangles, clean } = cut(&[0, 1, 2, 3, 0, 4, 7, 6, 5, 4], &lifted(&points), &mut LOOKS.clone());
         assert!(clean && triangles.len() == 8);
         let areas = triangles.iter().map(|t| shoelace(&t.map(|v| points[v as usize])));
         assert!(areas.clone().all(|area| area > 0.0));

@@ -26,6 +26,9 @@ const MAX_COMPONENTS_NAMED: usize = 10_000;
 const MAX_ICP: usize = 200;
 const MAX_TERMS: usize = 8;
 const MAX_FUNCTIONS: usize = 1000;
+/// The largest magnitude of a number in a map or a function that is given. Energies are squares of a map times a function: times
+/// all weights and counts there are they stay far from overflow, which JSON has no number for.
+const LARGEST_NUMBER: f64 = 1e50;
 
 /// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -239,12 +242,17 @@ impl Settings {
             faults.add("/landmarks", format!("must be at most {MAX_LANDMARKS}"));
         }
         faults.range("/functions", self.functions.len(), 0, MAX_FUNCTIONS);
+        for (i, FunctionPair { sketch, mesh }) in self.functions.iter().enumerate() {
+            faults.numbers(&format!("/functions/{i}/sketch"), sketch);
+            faults.numbers(&format!("/functions/{i}/mesh"), mesh);
+        }
         if let Some(GivenMap::C { rows }) = &self.given_map {
             let Basis { k, k_mesh, .. } = self.basis;
             if rows.len() != k_mesh || rows.iter().any(|row| row.len() != k) {
                 let detail = format!("must have {k_mesh} rows of {k} numbers, as the bases have eigenfunctions");
                 faults.add("/given_map/rows", detail);
             }
+            rows.iter().enumerate().for_each(|(i, row)| faults.numbers(&format!("/given_map/rows/{i}"), row));
         }
         for (field, detail) in weights::faults(&self.weights) {
             faults.add(format!("/weights/{field}"), detail);
@@ -435,6 +443,12 @@ fn labels_occurring(labels: &[i32]) -> Result<u64, LabelOutOfRange> {
     })
 }
 
+/// The first number that is too large to reckon with, and why.
+pub fn too_large(numbers: &[f64]) -> Option<(usize, String)> {
+    let found = numbers.iter().position(|x| x.is_nan() || x.abs() > LARGEST_NUMBER)?;
+    Some((found, format!("must be at most {LARGEST_NUMBER:e}, is {:?}", numbers[found])))
+}
+
 /// Faults as they are found.
 #[derive(Default)]
 struct Faults(Vec<Fault>);
@@ -447,6 +461,38 @@ impl Faults {
     fn range(&mut self, pointer: &str, value: usize, least: usize, most: usize) {
         if !(least..=most).contains(&value) {
             self.add(pointer, format!("must be {least} to {most}, is {value}"));
+        }
+    }
+
+    /// The first of the numbers that is too large.
+    fn numbers(&mut self, pointer: &str, numbers: &[f64]) {
+        if let Some((i, detail)) = too_large(numbers) {
+            self.add(format!("{pointer}/{i}"), detail);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    #[test]
+    fn numbers_that_are_given_are_not_too_large_to_reckon_with() {
+        let faults = |request: Value| Settings::resolve(&serde_json::from_value(request).unwrap()).err();
+        let map = |x: f64| json!({"mesh": "m", "sketch": "s", "given_map": {"type": "c", "rows": [[0, 0], [0, x]]}});
+        let of_functions = |x: f64| {
+            let functions = json!([{"sketch": [0], "mesh": [0]}, {"sketch": [0, 0, x], "mesh": [1, x, x]}]);
+            json!({"mesh": "m", "sketch": "s", "functions": functions})
+        };
+        for x in [LARGEST_NUMBER, -LARGEST_NUMBER] {
+            assert_eq!((faults(map(x)), faults(of_functions(x))), (None, None));
+            let pointers = |request: Value| -> Vec<String> {
+                faults(request).unwrap_or_default().into_iter().map(|fault| fault.pointer).collect()
+            };
+            assert_eq!(pointers(map(1.1 * x)), ["/given_map/rows/1/1"]);
+            assert_eq!(pointers(of_functions(1.1 * x)), ["/functions/1/sketch/2", "/functions/1/mesh/1"]);
         }
     }
 }

@@ -3,6 +3,7 @@
 use faer::Mat;
 
 use super::PoseError;
+use super::of_file::beside;
 use super::outcome::HandleWeights;
 use super::seen::Seen;
 use crate::deformation::transfer::Transfer;
@@ -44,11 +45,11 @@ pub fn basis(
         weight * [x, y, 1.0][column % 3]
     };
     let carried = transfer.carried(&Mat::from_fn(sketch.mesh().positions().len(), 3 * handles, product), unasked)?;
-    let own = |v: u32| mesh.sound_vertices(v).next().map(|own| own as usize);
-    let count = mesh.positions().len();
+    let beside = beside(mesh, &seen);
     // A vertex of no triangle stays where it is: all that moves it is 0.
-    let values = Mat::from_fn(count, 3 * handles, |v, column| own(v as u32).map_or(0.0, |v| carried[(v, column)]));
-    let places = (0..count as u32).map(|v| own(v).map_or([0.0; 2], |v| sketch.to_upload(seen.places[v])));
+    let value = |v: usize, column: usize| beside[v].as_ref().map_or(0.0, |beside| beside.value(&carried, column));
+    let values = Mat::from_fn(beside.len(), 3 * handles, value);
+    let places = beside.iter().map(|beside| beside.as_ref().map_or([0.0; 2], |beside| sketch.to_upload(beside.place)));
     let [right, up] = seen.axes();
     let [_, sign] = sketch.to_upload([0.0, 1.0]);
     Ok(Basis { values, places: places.collect(), axes: [right, up.map(|x| sign * x)] })

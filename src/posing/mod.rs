@@ -3,6 +3,7 @@
 
 mod basis;
 mod maps;
+mod of_file;
 pub mod outcome;
 pub mod request;
 mod run;

@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use faer::Mat;
 
 use super::maps::{Map, applied, moves};
+use super::of_file::{Beside, beside};
 use super::outcome::{HandleWeights, PoseResult, PosedFrame};
 use super::request::PoseRequest;
 use super::seen::Seen;
 use super::{PoseError, WeightSource};
 use crate::deformation::biharmonic_weights::Weights;
 use crate::deformation::strain::strain;
-use crate::deformation::transfer::Transfer;
+use crate::deformation::transfer::{Carried, Transfer};
 use crate::mesh::file_mesh::FileMesh;
 use crate::numerics::{Share, Watch};
 use crate::pipeline::TOTAL;
@@ -53,8 +54,7 @@ pub fn run(
                 let ask = || watch.proceed(0.7 + 0.3 * f as f64 / moves.frames.len() as f64).map_err(PoseError::from);
                 let drawing = blended(&flat, &found, maps);
                 let moved = |v: usize, axis: usize| drawing[v][axis] - flat[v][axis];
-                let moved = transfer.carried(&Mat::from_fn(flat.len(), 2, moved), ask)?;
-                let offsets = (0..seen.places.len()).map(|v| [moved[(v, 0)], moved[(v, 1)]]).collect();
+                let offsets = transfer.carried(&Mat::from_fn(flat.len(), 2, moved), ask)?;
                 frames.push((drawing, offsets));
             }
             timed("frames", since);
@@ -66,7 +66,9 @@ pub fn run(
             (None, vec![(flat.clone(), offsets)])
         }
     };
-    let frames = frames.into_iter().map(|(drawing, offsets)| posed(sketch, mesh, &seen, drawing, offsets)).collect();
+    let of_file = beside(mesh, &seen);
+    let posed = |(drawing, offsets)| posed(sketch, mesh, &seen, &of_file, drawing, &offsets);
+    let frames = frames.into_iter().map(posed).collect();
     timed(TOTAL, begun);
     Ok(PoseResult {
         id: None,
@@ -94,18 +96,26 @@ fn blended(flat: &[[f64; 2]], weights: &Weights, maps: &[Map]) -> Vec<[f64; 2]> 
 }
 
 /// A frame in the coordinates of the uploads.
-fn posed(sketch: &Sketch, mesh: &FileMesh, seen: &Seen, drawing: Vec<[f64; 2]>, offsets: Vec<[f64; 2]>) -> PosedFrame {
+fn posed(
+    sketch: &Sketch,
+    mesh: &FileMesh,
+    seen: &Seen,
+    of_file: &[Option<Beside<'_>>],
+    drawing: Vec<[f64; 2]>,
+    offsets: &Carried,
+) -> PosedFrame {
     let axes = seen.axes();
-    let moved = |(p, [x, y]): (&[f64; 3], [f64; 2])| std::array::from_fn(|i| p[i] + x * axes[0][i] + y * axes[1][i]);
-    let places: Vec<[f64; 3]> = mesh.sound().positions().iter().zip(offsets).map(moved).collect();
+    let moved = |p: &[f64; 3], [x, y]: [f64; 2]| std::array::from_fn(|i| p[i] + x * axes[0][i] + y * axes[1][i]);
+    let own = |v: usize| [offsets.values[(v, 0)], offsets.values[(v, 1)]];
+    let places: Vec<[f64; 3]> = mesh.sound().positions().iter().zip(0..).map(|(p, v)| moved(p, own(v))).collect();
     let solid: Vec<[f64; 3]> = drawing.iter().map(|&[x, y]| [x, y, 0.0]).collect();
-    let of_file = mesh.positions().iter().zip(0..).map(|(&p, v)| {
+    let positions = mesh.positions().iter().zip(of_file).map(|(p, beside)| {
         // A vertex of no triangle stays.
-        let place = mesh.sound_vertices(v).next().map_or(p, |own| places[own as usize]);
+        let place = beside.as_ref().map_or(*p, |beside| moved(p, [0, 1].map(|axis| beside.value(offsets, axis))));
         place.map(|x| Some(x).filter(|x| x.is_finite()))
     });
     PosedFrame {
-        positions: of_file.collect(),
+        positions: positions.collect(),
         strain: strain(mesh.sound(), &places),
         drawing_strain: strain(sketch.mesh(), &solid),
         drawing: drawing.into_iter().map(|p| sketch.to_upload(p)).collect(),
@@ -123,9 +133,11 @@ mod tests {
 
     use super::*;
     use crate::geometry::frame::Frame;
-    use crate::geometry::{cross, dot, length, subtract};
+    use crate::geometry::{cross, dot, length, subtract, triangle_area};
     use crate::mesh::TriangleMesh;
+    use crate::mesh::formats::{Format, Limits};
     use crate::mesh::solids::{ball, sheet, turned};
+    use crate::mesh::validation::import;
     use crate::numerics::Unwatched;
     use crate::pipeline::Computing;
     use crate::posing::{Basis, basis};
@@ -179,6 +191,23 @@ mod tests {
         Drawn { sketch, mesh, matched: serde_json::from_value(matched).unwrap() }
     }
 
+    /// The same with a file of so many triangles that those matched are a third of them.
+    fn drawn_of_many() -> Drawn {
+        let whole = drawn();
+        let mut obj = String::new();
+        whole.mesh.positions().iter().for_each(|[x, y, z]| obj += &format!("v {x} {y} {z}\n"));
+        whole.mesh.triangles().iter().for_each(|t| obj += &format!("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1));
+        let limits = Limits { triangles: whole.mesh.triangles().len() / 3, ..Limits::default() };
+        let mesh = import(obj.as_bytes(), Format::Obj, &limits).unwrap().mesh;
+        assert!(mesh.is_decimated() && mesh.positions() == whole.mesh.positions());
+        Drawn { mesh, ..whole }
+    }
+
+    /// The areas of the file's triangles where its vertices are at these places.
+    fn areas(mesh: &FileMesh, places: &[[f64; 3]]) -> Vec<f64> {
+        mesh.triangles().iter().map(|t| triangle_area(t.map(|v| places[v as usize]))).collect()
+    }
+
     fn handles() -> Value {
         // The sheet reaches from (5, 3) to (7.8, 1.6), y down.
         json!([
@@ -198,11 +227,14 @@ mod tests {
 
     #[test]
     fn handles_that_stay_leave_everything_where_it_is() {
-        let drawn = drawn();
+        [drawn(), drawn_of_many()].iter().for_each(stays);
+    }
+
+    fn stays(drawn: &Drawn) {
         let stay = json!({"type": "stay"});
         let turns_nothing = json!({"type": "rotation", "degrees": 0});
         let frames = json!([[stay, stay, stay], [turns_nothing, turns_nothing, turns_nothing]]);
-        let result = run_with(&drawn, json!({"match": "m", "handles": handles(), "frames": frames}));
+        let result = run_with(drawn, json!({"match": "m", "handles": handles(), "frames": frames}));
         for frame in &result.frames {
             for (now, was) in places(frame).iter().zip(drawn.mesh.positions()) {
                 assert!(length(subtract(*now, *was)) < 1e-8);
@@ -215,10 +247,13 @@ mod tests {
 
     #[test]
     fn a_motion_of_all_handles_moves_the_mesh_so() {
-        let drawn = drawn();
+        [drawn(), drawn_of_many()].iter().for_each(moves_so);
+    }
+
+    fn moves_so(drawn: &Drawn) {
         let motion = json!({"type": "rotation", "degrees": 50, "about": [6, 2], "by": [0.5, -1]});
         let request = json!({"match": "m", "handles": handles(), "frames": [[motion, motion, motion]]});
-        let result = run_with(&drawn, request);
+        let result = run_with(drawn, request);
         let now = places(&result.frames[0]);
         // The motion in space: a turn about the line of sight, that takes a point of the drawing's plane where it goes.
         let (toward_camera, up) = (result.view.toward_camera, result.view.up);
@@ -270,13 +305,31 @@ mod tests {
     }
 
     #[test]
+    fn a_file_of_many_triangles_is_bent_as_smoothly_as_one_of_few() {
+        let (few, many) = (drawn(), drawn_of_many());
+        let (stay, turn) = (json!({"type": "stay"}), json!({"type": "rotation", "degrees": 30, "about": [6.9, 2.3]}));
+        let bend = json!({"match": "m", "handles": handles(), "frames": [[stay, stay, turn]]});
+        for request in [bend, json!({"match": "m", "sketch": "s"})] {
+            let [expected, found] = [&few, &many].map(|drawn| places(&run_with(drawn, request.clone()).frames[0]));
+            let [whole, bent] = [&expected, &found].map(|places| areas(&few.mesh, places));
+            let apart = found.iter().zip(&expected).map(|(a, b)| length(subtract(*a, *b))).fold(0.0, f64::max);
+            let shares = || bent.iter().zip(&whole).map(|(a, b)| a / b);
+            let (least, most) = (shares().fold(f64::INFINITY, f64::min), shares().fold(0.0, f64::max));
+            assert!(apart < 0.01 && least > 0.75 && most < 1.25, "{apart} {least} {most}");
+        }
+    }
+
+    #[test]
     fn the_basis_gives_the_same_places() {
-        let drawn = drawn();
+        [drawn(), drawn_of_many()].iter().for_each(is_given_by_the_basis);
+    }
+
+    fn is_given_by_the_basis(drawn: &Drawn) {
         let frame = json!([
             {"type": "stay"}, {"type": "translation", "by": [0.1, 0.2]},
             {"type": "affine", "matrix": [[1.1, 0.2, -1.0], [0.1, 0.9, 0.3]]},
         ]);
-        let result = run_with(&drawn, json!({"match": "m", "handles": handles(), "frames": [frame]}));
+        let result = run_with(drawn, json!({"match": "m", "handles": handles(), "frames": [frame]}));
         let Basis { values, places: flat, axes } =
             basis(&drawn.sketch, &drawn.mesh, &drawn.matched, result.weights.as_ref().unwrap()).unwrap();
         let maps = [

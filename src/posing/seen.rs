@@ -1,12 +1,13 @@
 //! A match as a pose needs it: which vertices are pairs, and the mesh in the plane of the drawing.
 
+use faer::Mat;
 use kd_tree::KdTree;
 
 use super::PoseError;
-use crate::deformation::as_rigid_as_possible::{Elastic, Pull, led};
+use crate::deformation::as_rigid_as_possible::{Elastic, Pull, led, rotations};
 use crate::deformation::joined;
 use crate::deformation::similarity::Similarity;
-use crate::deformation::transfer::Pair;
+use crate::deformation::transfer::{Carried, Pair};
 use crate::geometry::cross;
 use crate::geometry::frame::Frame;
 use crate::mesh::file_mesh::FileMesh;
@@ -76,17 +77,17 @@ impl Seen {
         })
     }
 
+    /// Where a point of space lies in the plane of the drawing.
+    pub fn place(&self, p: [f64; 3]) -> [f64; 2] {
+        self.laid.apply(self.frame.project(p))
+    }
+
     /// Offsets in the plane of the drawing that take the mesh to the pose it is drawn in, as rigidly as may be. The mesh
     /// stays as large as it is: what tells its size in the drawing is how far the links between its vertices are stretched.
     ///
     /// # Errors
     /// [`PoseError::Factorisation`], [`PoseError::Cancelled`].
-    pub fn as_drawn(
-        &mut self,
-        sketch: &Sketch,
-        mesh: &FileMesh,
-        watch: &dyn Watch,
-    ) -> Result<Vec<[f64; 2]>, PoseError> {
+    pub fn as_drawn(&mut self, sketch: &Sketch, mesh: &FileMesh, watch: &dyn Watch) -> Result<Carried, PoseError> {
         let reached: Vec<u32> = self.pairs.iter().map(|pair| pair.surface).collect();
         let elastic = Elastic::of(joined(mesh.sound(), &reached), self.places.len())?;
         let masses = mass(sketch.mesh(), Lumping::Barycentric);
@@ -111,7 +112,15 @@ impl Seen {
         }
         let ask = || watch.proceed(SIZED as f64 / (SIZED + 1) as f64).map_err(PoseError::from);
         let now = led(&elastic, &self.places, &pulls, &AS_IS, ask)?;
-        Ok(now.iter().zip(&self.places).map(|(now, was)| [now[0] - was[0], now[1] - was[1]]).collect())
+        // What lies beside a vertex turns with its star.
+        let turns = rotations(&elastic, &self.places, &now);
+        let turned = |v: usize, column: usize| {
+            let [c, s] = turns[v];
+            [c - 1.0, -s, s, c - 1.0][column]
+        };
+        let n = now.len();
+        let values = Mat::from_fn(n, 2, |v, axis| now[v][axis] - self.places[v][axis]);
+        Ok(Carried { values, gradients: Mat::from_fn(n, 4, turned) })
     }
 }
 

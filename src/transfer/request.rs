@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 
 use super::Fault;
+use crate::pipeline::settings::too_large;
 use crate::regions::MAX_REGIONS;
 
 /// Something given at the vertices of one shape of a match, to be taken to the other.
@@ -104,7 +105,7 @@ impl Given {
         let fault = |pointer: String, detail: String| Fault { pointer, detail };
         let mut faults = Vec::new();
         let (count, wrong) = match self {
-            Given::Function { values } => (values.len(), None),
+            Given::Function { values } => (values.len(), too_large(values)),
             Given::Labels { values } => {
                 let labels = -1..MAX_REGIONS as i32;
                 let wrong = values.iter().position(|label| !labels.contains(label));

@@ -92,7 +92,6 @@ impl Body<'_> {
         let frame = Frame::looking_from(up);
         let prints = feet.iter().map(|&v| frame.project(self.positions[v])).collect();
         // The middle of the body is the origin.
-        // The middle of the body is the origin.
         let high = (GROUND - ground).min(HIGH);
         apart - distance_from_origin(&hull(prints)) + high + WITHIN * (1.0 - dot(up, self.symmetry.normal).abs())
     }

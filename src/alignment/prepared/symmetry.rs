@@ -59,7 +59,7 @@ pub fn plane<E>(positions: &[[f64; 3]], masses: &[f64], ask: impl Fn() -> Result
     let total: f64 = masses.iter().sum();
     let weighted = |i: usize| positions.iter().zip(masses).map(|(p, mass)| p[i] * mass).sum::<f64>();
     let centre: [f64; 3] = std::array::from_fn(|i| weighted(i) / total);
-    let tree = KdTree::build_by_ordered_float(positions.to_vec());
+    let tree = KdTree::build_by_ordered_float(distinct(positions));
     let samples = drawn(positions, masses);
     let judged = |normal: [f64; 3], shift: f64| {
         ask()?;
@@ -81,6 +81,15 @@ pub fn plane<E>(positions: &[[f64; 3]], masses: &[f64], ask: impl Fn() -> Result
     let refined: Vec<Symmetry> = refined.collect::<Result<_, E>>()?;
     let best = refined.into_iter().reduce(|a, b| if b.asymmetry < a.asymmetry { b } else { a });
     Ok(best.expect("several planes are refined"))
+}
+
+/// The places each once: a search in the tree visits all that stand at one place, of which a mesh whose parts meet in a point
+/// may have as many as it has triangles.
+fn distinct(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut places = positions.to_vec();
+    places.sort_unstable_by_key(|place| place.map(f64::to_bits));
+    places.dedup();
+    places
 }
 
 /// Vertices drawn with probability in proportion to mass.
@@ -155,6 +164,21 @@ mod tests {
             let Symmetry { normal, asymmetry, .. } = found(&positions);
             assert!((dot(normal, normal) - 1.0).abs() < 1e-12 && (0.0..=FAR).contains(&asymmetry));
         }
+    }
+
+    #[test]
+    fn places_that_vertices_share_are_searched_once() {
+        let body = star(0.0);
+        let middle = [0.0; 3];
+        let doubled: Vec<[f64; 3]> = body.positions().iter().flat_map(|&p| [p, middle, p]).collect();
+        let places = distinct(&doubled);
+        assert_eq!(places.len(), distinct(body.positions()).len() + 1);
+        let masses: Vec<f64> = (0..doubled.len()).map(|v| if v % 3 == 0 { 1.0 } else { 0.0 }).collect();
+        let once: Vec<[f64; 3]> = body.positions().iter().copied().chain([middle]).collect();
+        let of_once: Vec<f64> = (0..once.len()).map(|v| if v < body.positions().len() { 1.0 } else { 0.0 }).collect();
+        let [Ok(all), Ok(few)] =
+            [(&doubled, &masses), (&once, &of_once)].map(|(p, m)| plane(p, m, || Ok::<_, Infallible>(())));
+        assert_eq!(all, few);
     }
 
     #[test]

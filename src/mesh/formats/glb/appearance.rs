@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gltf::{Document, Semantic};
+use gltf::Semantic;
 use serde_json::{Map, Value, json};
 
 use super::container::{Container, members, objects};
@@ -54,7 +54,7 @@ impl Appearance {
             view.insert("buffer".into(), json!(0));
             view.insert("byteOffset".into(), json!(offset));
         }
-        let parts = parts(&container.document, &members)?;
+        let parts = parts(&container, &members)?;
         let variants = members.remove("extensions").and_then(|all| Some(json!({ VARIANTS: all.get(VARIANTS)? })));
         let mut document: Map<String, Value> =
             LOOKS.iter().filter_map(|&name| Some((name.to_owned(), members.remove(name)?))).collect();
@@ -87,10 +87,10 @@ fn joined(container: &Container) -> (Vec<u8>, Vec<usize>) {
 }
 
 /// The primitives of triangles in the order in which they were read.
-fn parts(document: &Document, members: &Map<String, Value>) -> Result<Vec<Part>, Refusal> {
+fn parts(container: &Container, members: &Map<String, Value>) -> Result<Vec<Part>, Refusal> {
     let materials = members.get("materials").and_then(Value::as_array).map_or(0, Vec::len) as u64;
     let (mut parts, mut read): (Vec<Part>, usize) = (Vec::new(), 0);
-    walk(document, |_, primitive, mesh| {
+    walk(container, |_, primitive, mesh| {
         if triangles_of(primitive.mode()).is_some() {
             let vertices = primitive.get(&Semantic::Positions).map_or(0, |positions| positions.count());
             let found = &members["meshes"][mesh.index()]["primitives"][primitive.index()];

@@ -1,5 +1,7 @@
 //! The JSON of a glTF file and the data it speaks of, out of a binary file or out of JSON with its data in it.
 
+use std::collections::HashSet;
+
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
@@ -67,9 +69,14 @@ pub(super) fn looks_like_json(bytes: &[u8]) -> bool {
         && [&b"\"asset\""[..], b"\"accessors\"", b"\"meshes\""].into_iter().any(has)
 }
 
+/// The extension by which a node is hidden.
+const VISIBILITY: &str = "KHR_node_visibility";
+
 /// A document whose JSON keeps to the schema, and the data it holds.
 pub(super) struct Container {
     pub document: Document,
+    /// The nodes that are not shown, nor what is below them.
+    pub hidden: HashSet<usize>,
     /// Per buffer its bytes.
     buffers: Vec<Vec<u8>>,
 }
@@ -81,7 +88,7 @@ impl Container {
 
     fn of_binary(bytes: &[u8]) -> Result<Container, Refusal> {
         let glb = binary(bytes)?;
-        let document = document(&glb.json)?;
+        let (document, hidden) = document(&glb.json)?;
         let whole = glb.bin.unwrap_or_default().into_owned();
         let mut whole = Some(whole);
         let buffers = document.buffers().map(|buffer| match buffer.source() {
@@ -89,13 +96,13 @@ impl Container {
             Source::Uri(uri) => embedded(uri),
         });
         let buffers = buffers.collect::<Result<_, _>>()?;
-        Ok(Container { document, buffers })
+        Ok(Container { document, hidden, buffers })
     }
 
     fn of_json(bytes: &[u8]) -> Result<Container, Refusal> {
         let (rest, data) = without_data(bytes);
         admit_json(rest.len())?;
-        let document = document(&rest)?;
+        let (document, hidden) = document(&rest)?;
         let buffers = document.buffers().map(|buffer| match buffer.source() {
             Source::Uri(uri) => match uri.strip_prefix(DATA).and_then(|number| number.parse::<usize>().ok()) {
                 Some(number) => data.get(number).map_or_else(|| Err(outside()), |data| decoded(data)),
@@ -104,7 +111,7 @@ impl Container {
             Source::Bin => Err(outside()),
         });
         let buffers = buffers.collect::<Result<_, _>>()?;
-        Ok(Container { document, buffers })
+        Ok(Container { document, hidden, buffers })
     }
 
     /// The bytes of a buffer.
@@ -158,13 +165,14 @@ fn of_version_1() -> Refusal {
     refusal("this is glTF 1.0: bring it to 2.0, for example with `npx gltf-pipeline@2 -i old.gltf -o new.glb`")
 }
 
-/// The document of a JSON.
-fn document(json: &[u8]) -> Result<Document, Refusal> {
+/// The document of a JSON, and which of its nodes are hidden.
+fn document(json: &[u8]) -> Result<(Document, HashSet<usize>), Refusal> {
     let mut members = parsed(json)?;
     // Of version 1.0 all lists are objects.
     if members.get("meshes").is_some_and(Value::is_object) {
         return Err(of_version_1());
     }
+    let hidden = hidden(&members);
     leave_out_unread(&mut members);
     let mut root: Root = serde_json::from_value(members.into()).map_err(|error| unreadable(&error))?;
     root.extensions_required.retain(|name| !KNOWN.iter().any(|known| name.starts_with(known)));
@@ -186,7 +194,14 @@ fn document(json: &[u8]) -> Result<Document, Refusal> {
     for accessor in &mut root.accessors {
         [accessor.min, accessor.max] = [Some(json!([0, 0, 0])), Some(json!([0, 0, 0]))];
     }
-    Document::from_json(root).map_err(|error| unreadable(&error))
+    let document = Document::from_json(root).map_err(|error| unreadable(&error))?;
+    Ok((document, hidden))
+}
+
+/// The nodes that an extension hides.
+fn hidden(document: &Map<String, Value>) -> HashSet<usize> {
+    let nodes = document.get("nodes").and_then(Value::as_array).into_iter().flatten().enumerate();
+    nodes.filter(|(_, node)| node["extensions"][VISIBILITY]["visible"] == false).map(|(number, _)| number).collect()
 }
 
 /// Takes out of a document what nobody here reads.

@@ -5,6 +5,7 @@ mod accessors;
 pub(super) mod appearance;
 mod container;
 mod matrix;
+mod morph;
 mod skin;
 
 use gltf::mesh::Mode;
@@ -30,20 +31,22 @@ pub(super) fn read(bytes: &[u8], polygons: Polygons) -> Result<Polygons, Refusal
     let worlds = worlds(document)?;
     let skins = document.skins().map(|skin| Bones::of(&skin, &worlds, &container)).collect::<Result<Vec<_>, _>>();
     let skins = skins.map_err(refusal)?;
-    let mut read = Read { polygons, primitives: 0, indices: 0, container: &container };
-    walk(document, |node, primitive, mesh| {
+    let mut read = Read { polygons, primitives: 0, indices: 0, offsets: 0, container: &container };
+    walk(&container, |node, primitive, mesh| {
         // A skin places its vertices itself: its node's transform does not count.
         let bones = node.skin().and_then(|skin| skins[skin.index()].as_ref());
         let transform = if node.skin().is_some() { IDENTITY } else { worlds[node.index()] };
+        let weights = node.weights().or(mesh.weights()).unwrap_or_default();
         let place = format!("primitive {} of mesh {}", primitive.index(), mesh.index());
-        read.primitive(primitive, &transform, bones, &place)
+        read.primitive(primitive, weights, &transform, bones, &place)
     })?;
     Ok(read.polygons)
 }
 
-/// Goes through the primitives of what is shown, in the order of a walk through the nodes.
+/// Goes through the primitives of what is shown, in the order of a walk through the nodes. A node that is hidden hides all below
+/// it.
 fn walk<'a>(
-    document: &'a Document,
+    Container { document, hidden, .. }: &'a Container,
     mut visit: impl FnMut(&Node<'a>, &Primitive<'a>, &Mesh<'a>) -> Result<(), Refusal>,
 ) -> Result<(), Refusal> {
     let mut visited = vec![false; document.nodes().len()];
@@ -51,6 +54,9 @@ fn walk<'a>(
     while let Some(node) = pending.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(twice(&node));
+        }
+        if hidden.contains(&node.index()) {
+            continue;
         }
         if let Some(mesh) = node.mesh() {
             mesh.primitives().try_for_each(|primitive| visit(&node, &primitive, &mesh))?;
@@ -107,6 +113,8 @@ struct Read<'a> {
     /// Primitives and indices gone through so far, once for every node that shows them.
     primitives: usize,
     indices: usize,
+    /// Likewise the offsets of morph targets.
+    offsets: usize,
     container: &'a Container,
 }
 
@@ -114,6 +122,7 @@ impl Read<'_> {
     fn primitive(
         &mut self,
         primitive: &Primitive,
+        weights: &[f32],
         transform: &Matrix,
         bones: Option<&Bones>,
         place: &str,
@@ -129,6 +138,11 @@ impl Read<'_> {
         let accessor = primitive.get(&Semantic::Positions).ok_or_else(|| here("it has no positions".into()))?;
         self.polygons.limits.admit_vertices(first.saturating_add(accessor.count()))?;
         let mut positions = self.container.numbers::<3>(&accessor).map_err(here)?;
+        for (weight, offsets) in morph::targets(primitive, weights) {
+            self.offsets = self.offsets.saturating_add(offsets.count());
+            admit("offsets of morph targets", self.offsets, morph::most_offsets(self.polygons.limits.triangles))?;
+            morph::moved(&mut positions, weight, &offsets, self.container).map_err(here)?;
+        }
         if let Some(bones) = bones {
             bones.place(&mut positions, primitive, self.container).map_err(here)?;
         }
@@ -289,6 +303,72 @@ mod tests {
         assert!(near(6, [8., 0., 0.]));
         // The mirrored copy is turned over.
         assert_eq!(faces(&polygons), [[0, 1, 2], [5, 7, 6]]);
+    }
+
+    /// The square with a target that moves its second corner by (2, 0, 0), all but that corner's offset left out.
+    fn with_target(nodes: Value) -> (Value, Vec<u8>) {
+        let (mut json, mut data) = square(4, &[0, 1, 2], nodes);
+        let start = data.len().next_multiple_of(4);
+        data.resize(start, 0);
+        data.extend(1u32.to_le_bytes());
+        data.extend([2f32, 0.0, 0.0].iter().flat_map(|x| x.to_le_bytes()));
+        json["buffers"][0]["byteLength"] = json!(data.len());
+        let views = [
+            json!({"buffer": 0, "byteOffset": start, "byteLength": 4}),
+            json!({"buffer": 0, "byteOffset": start + 4, "byteLength": 12}),
+        ];
+        json["bufferViews"].as_array_mut().unwrap().extend(views);
+        let sparse = json!({
+            "componentType": 5126, "count": 5, "type": "VEC3", "sparse": {
+                "count": 1, "indices": {"bufferView": 2, "componentType": 5125}, "values": {"bufferView": 3}},
+        });
+        json["accessors"].as_array_mut().unwrap().push(sparse);
+        json["meshes"][0]["primitives"][0]["targets"] = json!([{"NORMAL": 0}, {"POSITION": 2}]);
+        (json, data)
+    }
+
+    #[test]
+    fn applies_the_weights_of_morph_targets() {
+        let second = |json: &Value, data: &[u8]| reread(json, data).unwrap().positions[1];
+        let (mut json, data) = with_target(json!([{"mesh": 0, "scale": [2, 1, 1]}]));
+        assert_eq!(second(&json, &data), [2.0, 0.0, 0.0]);
+        json["meshes"][0]["weights"] = json!([1, 0.25]);
+        assert_eq!(second(&json, &data), [3.0, 0.0, 0.0]);
+        json["nodes"][0]["weights"] = json!([0, 0.5]);
+        assert_eq!(second(&json, &data), [4.0, 0.0, 0.0]);
+        let refused = |change: &dyn Fn(&mut Value)| {
+            let mut json = json.clone();
+            change(&mut json);
+            reread(&json, &data).unwrap_err().to_string()
+        };
+        assert!(refused(&|json| json["accessors"][2]["count"] = json!(4)).contains("an offset for every vertex"));
+        assert!(refused(&|json| json["accessors"][2]["type"] = json!("VEC2")).contains("does not have 3 numbers"));
+        assert!(
+            refused(&|json| json["meshes"][0]["primitives"][0]["targets"][1]["POSITION"] = json!(9)).contains("read")
+        );
+        // Many targets of the same offsets, of which few weigh anything.
+        let limits = Limits { triangles: 10, ..Limits::default() };
+        let mut of_weights = |weights: Vec<i32>| {
+            json["meshes"][0]["primitives"][0]["targets"] = json!(vec![json!({"POSITION": 2}); weights.len()]);
+            json["nodes"][0]["weights"] = json!(weights);
+            read(&glb(&json, &data), Format::Glb, &limits).map(|polygons| polygons.positions[1])
+        };
+        assert_eq!(of_weights([vec![0; 200], vec![1; 96]].concat()), Ok([2.0 * (1.0 + 2.0 * 96.0), 0.0, 0.0]));
+        let refusal = Refusal::TooLarge { unit: "offsets of morph targets", found: 485, limit: 480 };
+        assert_eq!(of_weights(vec![1; 97]), Err(refusal));
+    }
+
+    #[test]
+    fn leaves_out_nodes_that_are_hidden() {
+        let hidden = |visible: bool| json!({"KHR_node_visibility": {"visible": visible}});
+        let nodes = json!([
+            {"children": [1, 2]}, {"mesh": 0, "extensions": hidden(true)},
+            {"extensions": hidden(false), "children": [3]}, {"mesh": 0, "extensions": hidden(true)},
+        ]);
+        let (mut json, data) = square(4, &[0, 1, 2], nodes);
+        assert_eq!(reread(&json, &data).unwrap().faces().len(), 1);
+        json["nodes"][2]["extensions"] = hidden(true);
+        assert_eq!(reread(&json, &data).unwrap().faces().len(), 2);
     }
 
     #[test]

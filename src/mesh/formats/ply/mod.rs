@@ -29,8 +29,11 @@ pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Ref
                 let words = Words { words: words.clone().peekable(), line, of_one_line };
                 read_elements(&header, words, body.len(), &mut polygons).map(|()| polygons)
             };
-            // Some programs write more on the line of an element than they announce; others break lines where they like.
-            read(true).or_else(|_| read(false))
+            // Some programs write more on the line of an element than they announce; others break lines where they like. What
+            // is wrong with the lines is told; a file that ended too soon by them may only be broken otherwise.
+            read(true).or_else(|by_lines| {
+                read(false).map_err(|otherwise| if by_lines == ended() { otherwise } else { by_lines })
+            })
         }
         Encoding::Binary { little } => {
             read_elements(&header, Bytes { rest: body, little }, body.len(), &mut polygons)?;
@@ -427,6 +430,20 @@ mod tests {
         let together = format!("{header}end_header\n{}", body.replace('\n', " "));
         let polygons = read(together.as_bytes(), Format::Ply, &Limits::default()).unwrap();
         assert!(polygons.positions == expected.positions && polygons.faces().eq(expected.faces()));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_of_the_lines_there_are() {
+        let text = String::from_utf8(text()).unwrap();
+        // With more on every line than is announced.
+        let broken = text.replace(" 255\n", " 255 7\n").replace("1 1 0 255", "1 1 q 255");
+        let refusal = read(broken.as_bytes(), Format::Ply, &Limits::default()).unwrap_err().to_string();
+        assert!(refusal.contains("line 16: z is not a number: \"q\""), "{refusal}");
+        // All on one line, which is no element.
+        let (header, body) = text.split_once("end_header\n").unwrap();
+        let broken = format!("{header}end_header\n{}", body.replace('\n', " ").replace("0.5", "zero"));
+        let refusal = read(broken.as_bytes(), Format::Ply, &Limits::default()).unwrap_err().to_string();
+        assert!(refusal.contains("z is not a number: \"zero\""), "{refusal}");
     }
 
     #[test]
