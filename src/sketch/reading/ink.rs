@@ -33,7 +33,7 @@ const PATTERN: usize = 8;
 /// The contrast to which a pattern is taken for the ground's own.
 const STRONGEST_PATTERN: u8 = 128;
 
-/// A line is drawn with a tenth at least of the contrast that most of the ink has; fainter ones are seams between shapes.
+/// A line is drawn with this share at least of the contrast that most of the ink has; fainter ones are seams between shapes.
 const FAINTEST_LINE: f64 = 0.25;
 
 /// A shadow has less than this share of that contrast, and its own differs from what it is in brightness by no more.
@@ -132,7 +132,7 @@ fn stretches(ground: &Ground, ink: &Bitmap) -> Bitmap {
     faint::stretches(ground, ink, ((FAINTEST_LINE * strong) as u8).max(ground.grain).max(FAINTEST_STRETCH))
 }
 
-/// The ink that differs from the ground in brightness by more than half of what most of it does.
+/// The ink that differs from the ground in brightness by [`DARK`] of what the strongest of it does at least.
 fn dark(ground: &Ground, ink: &Bitmap) -> Bitmap {
     let width = ink.width();
     let pixels = || (0..ink.height()).flat_map(|y| ink.runs(y).flatten().map(move |x| (x, y)));
