@@ -77,7 +77,7 @@ fn drawing() -> Sketch {
 async fn an_upgrade_that_was_cut_off_goes_on() {
     let (directory, mesh, _) = directory_by_geometry().await;
     let blobs = BlobUrl::Folder(directory.path().join("data/blobs"));
-    Blobs::open(blobs, true).await.unwrap().seal("results/done/1", |_| true).await.unwrap();
+    Blobs::open(blobs).await.unwrap().seal("results/done/1", |_| true).await.unwrap();
     let store = open(&directory).await;
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
     assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));

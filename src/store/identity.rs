@@ -35,12 +35,15 @@ mod tests {
         store.blobs.put("results/job/1", "answer").await.unwrap();
         drop(store);
         let blobs = directory.path().join("data/blobs");
+        // What another process is writing at this moment.
+        let unfinished = blobs.join("results/job/2#17");
+        std::fs::write(&unfinished, "half").unwrap();
         let config = Config { blob_url: Some(BlobUrl::Folder(blobs)), ..Config::local(directory.path().join("other")) };
         for _ in 0..2 {
             let refusal = Store::open(&config).await.err().unwrap();
             assert!(matches!(refusal, StoreError::Unnamed { .. } | StoreError::Foreign { .. }), "{refusal}");
         }
-        assert!(directory.path().join("data/blobs/results/job/1").is_file());
+        assert!(directory.path().join("data/blobs/results/job/1").is_file() && unfinished.is_file());
         open(&directory).await;
     }
 

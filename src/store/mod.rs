@@ -113,7 +113,7 @@ impl Store {
     async fn open_alone(config: &Config) -> Result<Store, StoreError> {
         let path = config.data_dir.clone();
         let directory = Arc::new(blocking(move || Directory::open(&path)).await?);
-        let blobs = Blobs::open(config.blobs(), true).await?;
+        let blobs = Blobs::open(config.blobs()).await?;
         if directory.database_is_empty()? && blobs.any().await? {
             return Err(StoreError::Unnamed { data_dir: directory.path().to_owned() });
         }
@@ -128,6 +128,7 @@ impl Store {
         let (engine, _notices) = (Engine::Sqlite, None);
         let store = Store { pool, engine, blobs, changes, turns, directory, _notices, tenant, shared_caches };
         store.pair().await?;
+        store.blobs.remove_unfinished().await?;
         store.forget_claims().await?;
         store.reap_all().await?;
         store.sweep(Duration::ZERO).await?;
@@ -137,7 +138,7 @@ impl Store {
     /// The store that this process shares with other nodes. What theirs are doing is theirs.
     async fn join(config: &Config, url: &DatabaseUrl) -> Result<Store, StoreError> {
         let node = format!("sketchmatch/{}", Uuid::now_v7().simple());
-        let blobs = Blobs::open(config.blobs(), false).await?;
+        let blobs = Blobs::open(config.blobs()).await?;
         // In this order: of nodes that start together the one that has made the tables writes the first blob.
         let blobs_before = blobs.any().await?;
         let pool = database::of_server(url, &node).await?;

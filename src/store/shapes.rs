@@ -96,14 +96,16 @@ impl<'r> FromRow<'r, AnyRow> for Shape {
         let kind: &str = row.try_get("kind")?;
         let (file, media_type): (Option<String>, Option<String>) = (row.try_get("file")?, row.try_get("media_type")?);
         let size = |column| usize::try_from(row.try_get::<i64, _>(column)?).map_err(sqlx::Error::decode);
+        let (vertices, matched) = (size("vertices")?, size("matched")?);
         Ok(Shape {
             id: row.try_get("id")?,
             kind: if kind == Kind::Sketch.as_str() { Kind::Sketch } else { Kind::Mesh },
             name: row.try_get("name")?,
             body: serde_json::from_str(row.try_get("body")?).map_err(sqlx::Error::decode)?,
-            vertices: size("vertices")?,
+            vertices,
             triangles: size("triangles")?,
-            matched: size("matched")?,
+            // A node of the version before, which is still at work while others are put in its place, writes 0.
+            matched: if matched == 0 { vertices } else { matched },
             created_ms: row.try_get("created_ms")?,
             expires_ms: row.try_get("expires_ms")?,
             geometry: row.try_get("geometry")?,

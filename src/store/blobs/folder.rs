@@ -16,14 +16,10 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    /// The folder at `path`, made where it is missing. Where nobody else is at it, what a killed process has left unfinished
-    /// is removed.
-    pub fn open(path: &Path, alone: bool) -> Result<Folder, StoreError> {
+    /// The folder at `path`, made where it is missing.
+    pub fn open(path: &Path) -> Result<Folder, StoreError> {
         DirBuilder::new().recursive(true).mode(0o700).create(path).map_err(at(path))?;
         let path = path.canonicalize().map_err(at(path))?;
-        if alone {
-            remove_unfinished(&path).map_err(at(&path))?;
-        }
         let identity = fs::metadata(&path).map(Identity::from).map_err(at(&path))?;
         Ok(Folder { path, identity })
     }
@@ -32,6 +28,14 @@ impl Folder {
     /// again after it gave a file its name, and a write would fail where another deletes the same blob meanwhile.
     pub fn objects(&self) -> Result<LocalFileSystem, StoreError> {
         Ok(LocalFileSystem::new_with_prefix(&self.path)?.with_fsync(true))
+    }
+
+    /// Removes what a killed process has left unfinished.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub fn remove_unfinished(&self) -> Result<(), StoreError> {
+        remove_unfinished(&self.path).map_err(at(&self.path))
     }
 
     /// Removes the empty folders in one of its folders that nothing was put into or taken out of for so long.

@@ -28,14 +28,14 @@ pub(super) struct Blobs {
 }
 
 impl Blobs {
-    /// The blobs at a place. Where nobody else is at it, `alone`, what a killed process has left unfinished is removed.
+    /// The blobs at a place.
     ///
     /// # Errors
     /// What the disk said, or what is wrong with the place.
-    pub async fn open(place: BlobUrl, alone: bool) -> Result<Blobs, StoreError> {
+    pub async fn open(place: BlobUrl) -> Result<Blobs, StoreError> {
         let (objects, folder): (Arc<dyn ObjectStore>, _) = match place.clone() {
             BlobUrl::Folder(path) => {
-                let folder = Arc::new(blocking(move || Folder::open(&path, alone)).await?);
+                let folder = Arc::new(blocking(move || Folder::open(&path)).await?);
                 (Arc::new(folder.objects()?), Some(folder))
             }
             BlobUrl::Bucket { bucket, prefix } => (bucket::objects(&bucket, &prefix)?, None),
@@ -150,6 +150,15 @@ impl Blobs {
         Ok(names.try_collect().await?)
     }
 
+    /// Removes what a killed process has left unfinished, where nobody else is at the place and it is known to be this database's.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub async fn remove_unfinished(&self) -> Result<(), StoreError> {
+        let Some(folder) = self.folder.clone() else { return Ok(()) };
+        blocking(move || folder.remove_unfinished()).await
+    }
+
     /// Removes the folders within one that deletes have emptied, where nothing is new in them for so long.
     ///
     /// # Errors
@@ -195,7 +204,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let unfinished = folder.path().join("spectra#17");
         fs::write(&unfinished, "half").unwrap();
-        let blobs = Blobs::open(BlobUrl::Folder(folder.path().to_owned()), false).await.unwrap();
+        let blobs = Blobs::open(BlobUrl::Folder(folder.path().to_owned())).await.unwrap();
         assert!(unfinished.exists() && !blobs.any().await.unwrap());
     }
 

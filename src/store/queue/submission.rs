@@ -76,7 +76,7 @@ pub(in crate::store) async fn enqueue(
     let dedupe = dedupe.map(|name| tenant.own(name));
     let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms, memory, priority, trace) \
                   SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms, \
-                  $12 * COALESCE((SELECT max(matched) FROM shapes WHERE id IN ($5, $6)), 0), $13, $14 FROM clock \
+                  $12 * COALESCE((SELECT max(COALESCE(NULLIF(matched, 0), vertices)) FROM shapes WHERE id IN ($5, $6)), 0), $13, $14 FROM clock \
                   WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
                   AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
                   AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \

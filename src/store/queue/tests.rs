@@ -382,10 +382,14 @@ async fn a_clock_that_jumps_costs_a_try_and_loses_nothing() {
 #[tokio::test]
 async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
     on_every_database(async |_, store| {
-        sqlx::query("INSERT INTO shapes (id, kind, body, created_ms, matched) VALUES ('m', 'mesh', '{}', 0, 50)")
-            .execute(&store.pool)
-            .await
-            .unwrap();
+        // The second was written by a node of the version before, which told nothing of what is matched.
+        sqlx::query(
+            "INSERT INTO shapes (id, kind, body, created_ms, vertices, matched) \
+             VALUES ('m', 'mesh', '{}', 0, 70, 50), ('s', 'sketch', '{}', 0, 60, 0)",
+        )
+        .execute(&store.pool)
+        .await
+        .unwrap();
         let large = NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") };
         let (large, small) = (taken(&store, &large).await, submitted(&store, 1).await);
         let with = |memory, alone| Room { memory, alone };
@@ -396,6 +400,10 @@ async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
         assert!(store.claim(&ANY, with(0, false)).await.unwrap().is_none());
         taken(&store, &NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") }).await;
         assert!(store.claim(&ANY, with(0, true)).await.unwrap().is_some(), "alone it runs whatever it takes");
+        let larger = NewJob { sketch: Some("s"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "larger") };
+        taken(&store, &larger).await;
+        assert!(store.claim(&ANY, with(599, false)).await.unwrap().is_none());
+        assert_eq!(store.claim(&ANY, with(600, false)).await.unwrap().unwrap().memory, 600);
     })
     .await;
 }
