@@ -10,6 +10,7 @@ mod nesting;
 mod painting;
 mod snippet;
 mod style;
+mod transforms;
 mod variables;
 mod view;
 
@@ -42,6 +43,7 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
     let text = snippet::mended(&text);
     let text = variables::resolved(&text)?;
     let text = colours::plain(&text);
+    let text = transforms::plain(&text);
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
     let ignored = Ignored::of(&document);
@@ -75,3 +77,6 @@ fn options() -> usvg::Options<'static> {
         ..usvg::Options::default()
     }
 }
+
+#[cfg(test)]
+mod tests;
