@@ -1,6 +1,6 @@
 //! What documents show, as programs and people write them.
 
-use crate::sketch::{Choice, Config, Imported, from_svg};
+use crate::sketch::{Choice, Config, Imported, WarningCode, from_svg};
 
 /// A creature that looks to the right, standing on the ground.
 const CREATURE: &str =
@@ -17,6 +17,17 @@ fn shown(root: &str, inside: &str) -> Imported {
 
 const SHEET: &str = r#"viewBox="0 0 300 200""#;
 
+/// What is said of what is not drawn.
+fn ignored(imported: &Imported) -> String {
+    let mut warnings = imported.warnings.iter().filter(|warning| warning.code == WarningCode::IgnoredElements);
+    warnings.next().map(|warning| warning.detail.clone()).unwrap_or_default()
+}
+
+/// What is said of what is not drawn of this beside a creature.
+fn told(inside: &str) -> String {
+    ignored(&shown(SHEET, &format!("{CREATURE}{inside}")))
+}
+
 #[test]
 fn transforms_move_the_same_in_styles_as_in_attributes() {
     let body = r##"<rect x="60" y="70" width="140" height="50" fill="#222"/>"##;
@@ -30,4 +41,43 @@ fn transforms_move_the_same_in_styles_as_in_attributes() {
     ] {
         assert!(shown(SHEET, &inside) == meant, "{inside}");
     }
+}
+
+#[test]
+fn what_nothing_shows_is_not_told_as_left_out() {
+    let picture = r#"<image id="i" width="9" height="9"/>"#;
+    for inside in [
+        format!("<defs><text>a</text>{picture}</defs>"),
+        format!(r#"<symbol id="s">{picture}</symbol>"#),
+        r#"<g style="display: none"><text>a</text></g><text display="none">b</text>"#.to_owned(),
+        "<style>@media (prefers-color-scheme: dark){path{fill:#fff}} @font-face{font-family:a} a:hover{scale:2} g{isolation:isolate}</style>"
+            .to_owned(),
+        r#"<g style="transform:none;rotate:none;clip-path:url(#c)"/>"#.to_owned(),
+    ] {
+        assert_eq!(told(&inside), "", "{inside}");
+    }
+    for inside in [
+        format!("{picture}<defs><text>a</text></defs>"),
+        format!(r##"<defs>{picture}</defs><use href="#i"/>"##),
+        format!(r##"<defs><pattern id="p">{picture}</pattern></defs><style>.a{{fill:url(#p)}}</style>"##),
+    ] {
+        assert_eq!(told(&inside), "not drawn: image", "{inside}");
+    }
+}
+
+#[test]
+fn style_that_is_not_read_is_named_as_it_is_written() {
+    for (inside, names) in [
+        ("<g style='translate:0 10px;rotate:10deg'/>", "rotate, translate"),
+        ("<style>.a{scale:2} rect{transform-box:fill-box}</style>", "scale, transform-box"),
+        ("<g transform='translate(50%, 0)'/>", "transform"),
+        ("<style>g{transform:perspective(9px)}</style>", "transform"),
+        ("<path style=\"d:path('M0 0h9')\"/><g style='clip-path:circle(4px at 1px 1px)'/>", "clip-path, d"),
+        ("<style>circle{r:60px;cx:150px}</style>", "cx, r"),
+        ("<style>@media (min-width:1px){.h{display:none}} g:not(.x) .h{display:none}</style>", ":not, @media"),
+    ] {
+        assert_eq!(told(inside), format!("of its style not read: {names}"), "{inside}");
+    }
+    let both = told("<text>a</text><g style='scale:2'/>");
+    assert_eq!(both, "not drawn: text; of its style not read: scale");
 }
