@@ -54,17 +54,20 @@ pub(in crate::sketch) struct Ignored {
     kinds: Vec<&'static str>,
     /// What is not read of its style.
     unread: BTreeSet<&'static str>,
+    /// Whether points are those of what is shown, turned, and not of what is written.
+    is_turned: bool,
 }
 
 impl Ignored {
-    /// What is not drawn of this document; elements without a namespace are drawn as those of an SVG too.
-    pub fn of(document: &Document) -> Ignored {
+    /// What is not drawn of this document; elements without a namespace are drawn as those of an SVG too. `is_turned` where its
+    /// root is.
+    pub fn of(document: &Document, is_turned: bool) -> Ignored {
         let used = used(document);
         let is_shown = |kind: &&str| {
             let mut of_kind = document.descendants().filter(|node| is_svg(*node, kind));
             of_kind.any(|node| is_seen(node, &used))
         };
-        Ignored { kinds: KINDS.into_iter().filter(is_shown).collect(), unread: unread(document) }
+        Ignored { kinds: KINDS.into_iter().filter(is_shown).collect(), unread: unread(document), is_turned }
     }
 
     /// Why nothing is seen in a document that has nothing else.
@@ -82,7 +85,10 @@ impl Ignored {
         let unread: Vec<&str> = self.unread.iter().copied().collect();
         let lists = [("not drawn", &self.kinds), ("of its style not read", &unread)];
         let listed = lists.iter().filter(|(_, names)| !names.is_empty());
-        let told: Vec<String> = listed.map(|(what, names)| format!("{what}: {}", names.join(", "))).collect();
+        let mut told: Vec<String> = listed.map(|(what, names)| format!("{what}: {}", names.join(", "))).collect();
+        if self.is_turned {
+            told.push("the <svg> itself is turned: points are given as it is shown, not in its user units".to_owned());
+        }
         (!told.is_empty()).then(|| Warning::new(WarningCode::IgnoredElements, told.join("; ")))
     }
 

@@ -46,11 +46,12 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
     let text = transforms::plain(&text);
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
-    let ignored = Ignored::of(&document);
+    let view = View::of(&document, tree.size());
+    let ignored = Ignored::of(&document, view.is_turned);
     if !tree.root().has_children() {
         return Err(ignored.nothing_else());
     }
-    let canvas = painting::canvas(&tree, &View::of(&document, tree.size()))?;
+    let canvas = painting::canvas(&tree, &view)?;
     Ok((canvas, ignored))
 }
 

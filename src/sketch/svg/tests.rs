@@ -1,6 +1,6 @@
 //! What documents show, as programs and people write them.
 
-use crate::sketch::{Choice, Config, Imported, WarningCode, from_svg};
+use crate::sketch::{Choice, Config, Imported, WarningCode, YAxis, from_svg};
 
 /// A creature that looks to the right, standing on the ground.
 const CREATURE: &str =
@@ -16,6 +16,11 @@ fn shown(root: &str, inside: &str) -> Imported {
 }
 
 const SHEET: &str = r#"viewBox="0 0 300 200""#;
+
+/// The box of the figure, in whole user units.
+fn place(imported: &Imported) -> [[f64; 2]; 2] {
+    imported.figures[0].bounds.map(|corner| corner.map(f64::round))
+}
 
 /// What is said of what is not drawn.
 fn ignored(imported: &Imported) -> String {
@@ -41,6 +46,36 @@ fn transforms_move_the_same_in_styles_as_in_attributes() {
     ] {
         assert!(shown(SHEET, &inside) == meant, "{inside}");
     }
+}
+
+#[test]
+fn points_are_user_units_however_the_view_box_is_written() {
+    let body = r#"<path d="M-80 -30H40V30H-80Z"/>"#;
+    for view_box in ["-100 -50 200 100", "-100-50 200 100", "-1e2,-50, 200 1.e2"] {
+        let seen = shown(&format!(r#"width="400" height="200" viewBox="{view_box}""#), body);
+        assert_eq!(place(&seen), [[-80.0, -30.0], [40.0, 30.0]], "{view_box}");
+    }
+}
+
+#[test]
+fn points_are_user_units_also_where_the_root_is_mirrored() {
+    let sheet = r#"<style>.back{transform:scaleX(-1)}</style>"#;
+    for (root, y_axis) in [
+        ("", YAxis::Down),
+        (r#"transform="matrix(-1,0,0,1,0,0)""#, YAxis::Down),
+        (r#"class="back""#, YAxis::Down),
+        (r#"style="transform:translate(9px) scale(.5)""#, YAxis::Down),
+        (r#"transform="scale(-1,.5)" transform-origin="50% 0""#, YAxis::Down),
+        (r#"transform="scale(1,-1)""#, YAxis::Up),
+        (r#"transform="rotate(180)""#, YAxis::Up),
+    ] {
+        let seen = shown(&format!("{SHEET} width='300' height='200' {root}"), &format!("{sheet}{CREATURE}"));
+        assert_eq!(seen.sketch.y_axis(), y_axis, "{root}");
+        assert_eq!(ignored(&seen), "", "{root}");
+        assert_eq!(place(&seen), [[30.0, 40.0], [270.0, 180.0]], "{root}");
+    }
+    let turned = shown(&format!(r#"{SHEET} transform="rotate(-30)""#), CREATURE);
+    assert!(ignored(&turned).contains("turned"));
 }
 
 #[test]
