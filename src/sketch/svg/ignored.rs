@@ -7,8 +7,8 @@ use simplecss::{DeclarationTokenizer, Rule, StyleSheet};
 use usvg::roxmltree::{Document, Node};
 
 use super::calls::is_of_name;
-use super::nesting;
 use super::style::{property, sheets};
+use super::{nesting, unscaled};
 use crate::sketch::refusal::{Fault, Refusal, Warning, WarningCode};
 
 /// Elements that are not drawn.
@@ -149,13 +149,17 @@ fn unread_of_element<'a>(node: Node<'a, 'a>) -> impl Iterator<Item = &'static st
     transform.into_iter().chain(style.filter_map(|declaration| unread_name(declaration.name, declaration.value)))
 }
 
-/// The names of what is not read of a rule.
+/// The names of what is not read of a rule. What lines are given by it is not looked up for each of them.
 fn unread_of_rule(rule: &Rule) -> Vec<&'static str> {
     let selector = rule.selector.to_string();
     if OTHER_STATES.iter().any(|state| selector.contains(state)) {
         return Vec::new();
     }
-    rule.declarations.iter().filter_map(|declaration| unread_name(declaration.name, declaration.value)).collect()
+    let name = |name: &str, value| match name {
+        unscaled::PROPERTY if value == unscaled::EFFECT => Some(unscaled::PROPERTY),
+        _ => unread_name(name, value),
+    };
+    rule.declarations.iter().filter_map(|declaration| name(declaration.name, declaration.value)).collect()
 }
 
 /// The name of a property that is not read, where its value is one that changes what is seen.

@@ -11,6 +11,7 @@ mod painting;
 mod snippet;
 mod style;
 mod transforms;
+mod unscaled;
 mod variables;
 mod view;
 
@@ -44,6 +45,7 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
     let text = variables::resolved(&text)?;
     let text = colours::plain(&text);
     let text = transforms::plain(&text);
+    let text = unscaled::spelled_out(&text)?;
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
     let view = View::of(&document, tree.size());

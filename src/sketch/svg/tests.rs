@@ -109,10 +109,33 @@ fn style_that_is_not_read_is_named_as_it_is_written() {
         ("<style>g{transform:perspective(9px)}</style>", "transform"),
         ("<path style=\"d:path('M0 0h9')\"/><g style='clip-path:circle(4px at 1px 1px)'/>", "clip-path, d"),
         ("<style>circle{r:60px;cx:150px}</style>", "cx, r"),
+        ("<style>path{vector-effect:non-scaling-stroke}</style>", "vector-effect"),
         ("<style>@media (min-width:1px){.h{display:none}} g:not(.x) .h{display:none}</style>", ":not, @media"),
     ] {
         assert_eq!(told(inside), format!("of its style not read: {names}"), "{inside}");
     }
     let both = told("<text>a</text><g style='scale:2'/>");
     assert_eq!(both, "not drawn: text; of its style not read: scale");
+}
+
+#[test]
+fn a_line_that_is_not_scaled_is_as_wide_as_on_the_page() {
+    let sheet = r#"width="800" height="600" viewBox="0 0 8 6""#;
+    let shape = |own: &str| format!(r##"<g stroke="#000" stroke-width="60px"><path {own} d="M1 1H7V5H1Z"/></g>"##);
+    let area = |root: &str, inside: &str| shown(root, inside).figures[0].area;
+    let (unscaled, by_style) = (r#"vector-effect="non-scaling-stroke""#, "vector-effect:non-scaling-stroke");
+    let meant = area(sheet, &shape(r#"stroke-width=".6""#));
+    for inside in [
+        shape(unscaled),
+        shape(&format!(r#"{unscaled} stroke-width="60""#)),
+        shape(&format!(r#"style="{by_style}""#)),
+        shape(&format!("{unscaled} style='stroke-width:9px;stroke-width:60'")),
+        format!(r#"<g transform="scale(.01)"><g transform="scale(100)">{}</g></g>"#, shape(unscaled)),
+        format!(r#"<g transform="scale(.1)">{}</g>"#, shape(unscaled).replace("M1 1H7V5H1Z", "M10 10H70V50H10Z")),
+    ] {
+        let found = area(sheet, &inside);
+        assert!((found / meant - 1.0).abs() < 1e-3, "{found} and not {meant}: {inside}");
+    }
+    // Without a size of its own it is as wide as its page.
+    assert!(area(r#"viewBox="0 0 8 6""#, &shape(&format!(r#"{unscaled} stroke-width="2""#))) < 25.0);
 }

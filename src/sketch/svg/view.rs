@@ -41,6 +41,11 @@ impl View {
         let point = [point.x, point.y].map(f64::from);
         [0, 1].map(|i| (point[i] - self.shift[i]) / self.scale[i])
     }
+
+    /// Pixels of the canvas along one user unit.
+    pub fn pixels_per_unit(&self) -> f64 {
+        (self.scale[0] * self.scale[1]).abs().sqrt()
+    }
 }
 
 /// What of a transform may lie across an axis where it lies along the axes, in parts of what lies along them: turned by half, by
