@@ -5,10 +5,11 @@
 
 use std::env;
 use std::io::{self, BufRead, Write};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use rustix::process::{Resource, Rlimit, Signal, getrlimit, setrlimit};
 use serde::{Deserialize, Serialize};
 
 use crate::sketch::{Choice, Config, Imported, Refusal, from_svg};
@@ -53,13 +54,23 @@ pub fn read(program: &Path, svg: &[u8], wanted: Choice, config: &Config) -> io::
         let _ = input.write_all(&question).and_then(|()| input.write_all(svg));
     }
     let answer = reader.wait_with_output()?;
-    if !answer.status.success() {
-        tracing::warn!(status = %answer.status, "a reader of an SVG was ended");
-        let gibibytes = MOST_BYTES >> 30;
-        let detail = format!("the SVG takes more than {MOST_SECONDS} s or {gibibytes} GiB of memory to read");
-        return Ok(Err(Refusal::plain(detail)));
+    if answer.status.success() {
+        return Ok(serde_json::from_slice(&answer.stdout)?);
     }
-    Ok(serde_json::from_slice(&answer.stdout)?)
+    Ok(Err(Refusal::plain(if is_of_limits(answer.status) {
+        let gibibytes = MOST_BYTES >> 30;
+        format!("the SVG takes more than {MOST_SECONDS} s or {gibibytes} GiB of memory to read")
+    } else {
+        tracing::error!(status = %answer.status, bytes = svg.len(), "the reader of an SVG crashed");
+        "the SVG cannot be read: its reader crashed, which is a fault of this program".to_owned()
+    })))
+}
+
+/// Signals that end a reader at its limits: of a processor, softly and at once, and of memory, without which it gives up.
+const OF_LIMITS: [Signal; 3] = [Signal::XCPU, Signal::KILL, Signal::ABORT];
+
+fn is_of_limits(status: ExitStatus) -> bool {
+    status.signal().is_some_and(|signal| OF_LIMITS.iter().any(|limit| limit.as_raw() == signal))
 }
 
 /// Reads one SVG as [`read`] of another process asks, from `input` to `output`, within limits set here.
@@ -78,4 +89,19 @@ pub fn serve(mut input: impl BufRead, mut output: impl Write) -> io::Result<()> 
     let Question { wanted, config } = serde_json::from_str(&question)?;
     let answer: Result<Imported, Refusal> = from_svg(&svg, wanted, &config);
     output.write_all(&serde_json::to_vec(&answer)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reader_that_crashed_is_no_drawing_that_takes_much() {
+        let wanted = Choice { vertices: 100, figure: 0 };
+        let refusal = read(Path::new("/bin/false"), b"<svg/>", wanted, &Config::default()).unwrap().unwrap_err();
+        assert!(refusal.to_string().contains("crashed"), "{refusal}");
+        let ended_by = |signal: Signal| is_of_limits(ExitStatus::from_raw(signal.as_raw()));
+        assert!([Signal::XCPU, Signal::KILL, Signal::ABORT].map(ended_by).iter().all(|&is| is));
+        assert!(!ended_by(Signal::SEGV) && !is_of_limits(ExitStatus::from_raw(101 << 8)));
+    }
 }

@@ -61,9 +61,9 @@ impl Default for Config {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum YAxis {
-    /// JSON outlines.
+    /// JSON outlines, and the user units of an SVG whose root is shown upside down, as CAD programs write it.
     Up,
-    /// SVG user units and pixels.
+    /// Other SVG user units, and pixels.
     Down,
 }
 
@@ -255,12 +255,13 @@ fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Con
             format!("figure {} was asked for; the drawing shows {}, counted from 0", wanted.figure, figures.len());
         return Err(Refusal::plain(detail));
     }
+    let y_axis = if canvas.pixel[1] < 0.0 { YAxis::Up } else { YAxis::Down };
     let (drawing, strokes) = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;
-    let figure = drawn_figure(&drawing, config)?;
+    let figure = drawn_figure(&drawing, y_axis, config)?;
     warnings.extend(reading.warnings(&canvas, wanted.figure));
-    let (sketch, given_up) = of_figure(&figure, wanted.vertices, YAxis::Down)?;
+    let (sketch, given_up) = of_figure(&figure, wanted.vertices, y_axis)?;
     warnings.extend(given_up);
-    let up = |line: Line| line.into_iter().map(|point| YAxis::Down.flipped(point)).collect();
+    let up = |line: Line| line.into_iter().map(|point| y_axis.flipped(point)).collect();
     let strokes = strokes.into_iter().map(up).collect();
     Ok(Imported { sketch: sketch.with_strokes(strokes), warnings, figures })
 }
@@ -286,11 +287,11 @@ pub fn picture_memory(bytes: &[u8], config: &Config) -> usize {
     picture::memory(bytes, config)
 }
 
-/// The figure of a drawing with y down. What is wrong with it has a place but no pointer: nobody wrote its points.
-fn drawn_figure(drawing: &Drawing, config: &Config) -> Result<Figure, Refusal> {
-    let up = |ring: &Vec<[f64; 2]>| ring.iter().map(|&point| YAxis::Down.flipped(point)).collect();
+/// The figure of a drawing as it was uploaded. What is wrong with it has a place but no pointer: nobody wrote its points.
+fn drawn_figure(drawing: &Drawing, y_axis: YAxis, config: &Config) -> Result<Figure, Refusal> {
+    let up = |ring: &Vec<[f64; 2]>| ring.iter().map(|&point| y_axis.flipped(point)).collect();
     let drawing = Drawing { outline: up(&drawing.outline), holes: drawing.holes.iter().map(up).collect() };
-    let placed = |fault: Fault| Fault { pointer: None, point: fault.point.map(|p| YAxis::Down.flipped(p)), ..fault };
+    let placed = |fault: Fault| Fault { pointer: None, point: fault.point.map(|p| y_axis.flipped(p)), ..fault };
     match Figure::new(&drawing, config) {
         Ok((figure, _)) => Ok(figure),
         Err(refusal) => Err(Refusal { faults: refusal.faults.into_iter().map(placed).collect() }),

@@ -81,7 +81,7 @@ pub enum WarningCode {
     JoinedParts,
     /// A line that encloses nothing was made a limb of some width.
     LineAsLimb,
-    /// Elements that are not drawn (text, images) were not looked at.
+    /// Elements that are not drawn (text, images) and style that is not read (`@media`) were not looked at.
     IgnoredElements,
 }
 

@@ -44,7 +44,7 @@ pub struct Canvas {
     pub cut: [[bool; 2]; 2],
     /// The upper left corner, in the coordinates of the upload.
     pub origin: [f64; 2],
-    /// Width and height of a pixel, in the coordinates of the upload.
+    /// Width and height of a pixel, in the coordinates of the upload: below zero where the upload shows those mirrored.
     pub pixel: [f64; 2],
 }
 
@@ -75,6 +75,11 @@ impl Canvas {
     /// A point in pixels in the coordinates of the upload.
     pub fn upload_point(&self, point: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| self.origin[i] + self.pixel[i] * point[i])
+    }
+
+    /// So many pixels as a length in the coordinates of the upload.
+    pub fn upload_length(&self, pixels: f64) -> f64 {
+        pixels * self.pixel[0].abs().max(self.pixel[1].abs())
     }
 
     /// The colour at a point in the coordinates of the upload, red, green and blue in sRGB, each in `[0, 1]`, on white; that of

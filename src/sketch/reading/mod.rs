@@ -209,7 +209,7 @@ fn is_scraps(figures: &[Figure], limbs: &Bitmap) -> bool {
 
 fn stays_open(canvas: &Canvas, Gap { place, width }: Gap) -> Refusal {
     let [x, y] = notes::upload_point(canvas, place);
-    let width = width * canvas.pixel[0].max(canvas.pixel[1]);
+    let width = canvas.upload_length(width);
     let detail = format!("the line stays open, with a gap of {width:.1}, so that it encloses no figure; close it");
     Refusal { faults: vec![Fault::plain(detail).at([x, y])] }
 }

@@ -37,7 +37,8 @@ pub(super) fn upload_point(canvas: &Canvas, point: [f64; 2]) -> [f64; 2] {
 
 /// A box of a framed picture in the coordinates of the upload.
 pub(super) fn upload_box(canvas: &Canvas, bounds: PixelBox) -> [[f64; 2]; 2] {
-    [bounds.low, bounds.high].map(|corner| upload_point(canvas, corner.map(|x| x as f64)))
+    let [a, b] = [bounds.low, bounds.high].map(|corner| upload_point(canvas, corner.map(|x| x as f64)));
+    [[0, 1].map(|i| a[i].min(b[i])), [0, 1].map(|i| a[i].max(b[i]))]
 }
 
 pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec<Warning> {
@@ -60,7 +61,7 @@ pub(super) fn warnings(reading: &Reading, canvas: &Canvas, figure: usize) -> Vec
     let mut gaps: Vec<&Gap> = reading.gaps.iter().filter(|gap| touches(gap.place)).collect();
     gaps.sort_by(|a, b| b.width.total_cmp(&a.width));
     for (k, gap) in gaps.iter().enumerate().take(MOST_GAPS) {
-        let width = gap.width * canvas.pixel[0].max(canvas.pixel[1]);
+        let width = canvas.upload_length(gap.width);
         let more = gaps.len().saturating_sub(MOST_GAPS);
         let detail = match more {
             1.. if k + 1 == MOST_GAPS => {

@@ -7,6 +7,23 @@ use std::borrow::Cow;
 const LONGEST: usize = 1000;
 const DEEPEST: usize = 8;
 
+/// What a call says in older words, by its arguments; nothing where there are none.
+pub(super) type Conversion = fn(&str) -> Option<String>;
+
+/// How often as long as it was a text may become in older words: few of them are longer, a matrix is.
+const LONGER: usize = 4;
+
+/// The text with all calls of these functions that can be said in older words.
+pub(super) fn in_older_words<'a>(text: &'a str, functions: &[(&str, Conversion)]) -> Cow<'a, str> {
+    functions.iter().fold(Cow::Borrowed(text), |text, (function, meaning)| {
+        if !text.contains(function) {
+            return text;
+        }
+        let said = replaced(&text, function, LONGER * text.len(), meaning).map(Cow::into_owned);
+        said.map_or(text, Cow::Owned)
+    })
+}
+
 /// The text with what stands for each call of a function, by its arguments; a call that has no value stays. None where
 /// that has more than `most` bytes.
 pub(super) fn replaced<'a>(

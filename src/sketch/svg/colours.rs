@@ -2,10 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::calls::{first, replaced};
-
-/// What a colour says in older words, by its arguments; nothing where there are none.
-type Conversion = fn(&str) -> Option<String>;
+use super::calls::{Conversion, first, in_older_words};
 
 /// Functions for colours, and what they mean.
 const FUNCTIONS: [(&str, Conversion); 4] =
@@ -16,15 +13,7 @@ const WHOLE_CHROMA: f64 = 0.4;
 
 /// The text with all colours that can be said in older words.
 pub(super) fn plain(text: &str) -> Cow<'_, str> {
-    FUNCTIONS.iter().fold(Cow::Borrowed(text), |text, (function, meaning)| {
-        if !text.contains(function) {
-            return text;
-        }
-        // What is said in other words is hardly longer than it was.
-        let most = 2 * text.len();
-        let said = replaced(&text, function, most, meaning).map(Cow::into_owned);
-        said.map_or(text, Cow::Owned)
-    })
+    in_older_words(text, &FUNCTIONS)
 }
 
 /// Of the colours for a light and for a dark page the first.

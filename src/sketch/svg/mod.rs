@@ -10,6 +10,8 @@ mod nesting;
 mod painting;
 mod snippet;
 mod style;
+mod transforms;
+mod unscaled;
 mod variables;
 mod view;
 
@@ -42,13 +44,16 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
     let text = snippet::mended(&text);
     let text = variables::resolved(&text)?;
     let text = colours::plain(&text);
+    let text = transforms::plain(&text);
+    let text = unscaled::spelled_out(&text)?;
     let document = bounds::parsed(&text)?;
     let tree = tree(&document)?;
-    let ignored = Ignored::of(&document);
+    let view = View::of(&document, tree.size());
+    let ignored = Ignored::of(&document, view.is_turned);
     if !tree.root().has_children() {
         return Err(ignored.nothing_else());
     }
-    let canvas = painting::canvas(&tree, &View::of(&document, tree.size()))?;
+    let canvas = painting::canvas(&tree, &view)?;
     Ok((canvas, ignored))
 }
 
@@ -75,3 +80,6 @@ fn options() -> usvg::Options<'static> {
         ..usvg::Options::default()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -23,6 +23,9 @@ const MAX_NUMBERS: usize = 2_000_000;
 /// Most bytes of style that elements have of their own and from those around them: each reads all of it.
 const MAX_INHERITED: usize = 1 << 29;
 
+/// Most bytes of an id: as many names as there are may be compared with it.
+const LONGEST_ID: usize = 1000;
+
 /// Attributes without style, which no other element inherits.
 const OF_ELEMENT: [&str; 6] = ["d", "points", "href", "id", "class", "viewBox"];
 
@@ -44,6 +47,11 @@ pub(super) struct Extent {
 pub(super) fn checked(document: &Document) -> Result<Extent, Refusal> {
     let ids: BTreeMap<&str, Node> =
         document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect();
+    if ids.keys().any(|id| id.len() > LONGEST_ID) {
+        return Err(Refusal::plain(format!(
+            "the SVG has too long a name: at most {LONGEST_ID} bytes of an id are taken"
+        )));
+    }
     let mut extents = BTreeMap::new();
     let root = extent(document.root_element(), &ids, &mut extents)?;
     // A style sheet may add its references to any element, each once on the way down.
@@ -153,14 +161,48 @@ fn numbers(data: &str) -> usize {
     (0..bytes.len()).filter(|&i| begins(i)).count()
 }
 
-/// Names after every `#` that starts the value or stands in `url(…)`.
-fn references(value: &str) -> impl Iterator<Item = &str> {
+/// Names after every `#` that starts the value or stands in `url(…)`, where they may be ids.
+pub(super) fn references(value: &str) -> impl Iterator<Item = &str> {
     let starts = value.match_indices('#').filter(|&(at, _)| {
         let before = value[..at].trim_end_matches(['"', '\'', ' ']);
         before.is_empty() || before.ends_with("url(")
     });
-    starts.map(|(at, _)| {
-        let name = &value[at + 1..];
-        &name[..name.find([')', '"', '\'']).unwrap_or(name.len())]
-    })
+    let mut end = 0;
+    let names = starts.map(move |(at, _)| {
+        // Names within one that nothing closes end where that does, which is looked for once.
+        let start = at + 1;
+        if end < start {
+            end = value[start..].find([')', '"', '\'']).map_or(value.len(), |length| start + length);
+        }
+        &value[start..end]
+    });
+    names.filter(|name| name.len() <= LONGEST_ID)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_wherever_they_may_be_followed() {
+        let found = |value| references(value).collect::<Vec<_>>();
+        assert_eq!(found("#a"), ["a"]);
+        assert_eq!(found("url( '#a' ) url(#b) red #c"), ["a", "b"]);
+        assert_eq!(found("/*url(#*/url(#a)"), ["*/url(#a", "a"]);
+        assert_eq!(found("url(#url(#a"), ["url(#a", "a"]);
+        assert_eq!(found("url(#"), [""]);
+    }
+
+    #[test]
+    fn names_within_a_long_name_cost_no_more_than_it() {
+        let name = "url(#".repeat(800_000);
+        assert_eq!(references(&name).count(), LONGEST_ID / "url(#".len() + 1);
+        let of_id = |id: &str| {
+            let text = format!(r#"<svg><g id="{id}"/><path fill="{name}"/></svg>"#);
+            let document = Document::parse(&text).unwrap();
+            checked(&document).map(|extent| extent.elements)
+        };
+        assert_eq!(of_id("a").unwrap(), 3);
+        assert!(of_id(&name).unwrap_err().to_string().contains("bytes of an id"));
+    }
 }

@@ -46,22 +46,25 @@ fn with_prefixes(text: &str) -> Cow<'_, str> {
 
 /// The prefixes of the names in a tag that begins here.
 fn prefixes(tag: &str) -> BTreeSet<&str> {
-    let (mut quote, mut start, mut found) = (None, 0, BTreeSet::new());
+    // A name has one prefix: what follows its first colon begins none, and is not looked through again.
+    let (mut quote, mut start, mut found) = (None, Some(0), BTreeSet::new());
     if tag.starts_with(['!', '?']) {
         return found;
     }
     for (at, byte) in tag.bytes().enumerate() {
         match (quote, byte) {
-            (Some(open), _) if open == byte => (quote, start) = (None, at + 1),
+            (Some(open), _) if open == byte => (quote, start) = (None, Some(at + 1)),
             (Some(_), _) => {}
             (None, b'"' | b'\'') => quote = Some(byte),
             (None, b'>') => break,
             (None, b':') => {
-                let prefix = &tag[start..at];
-                let is_name = prefix.starts_with(|c: char| c.is_ascii_alphabetic()) && prefix.chars().all(is_of_name);
-                found.extend(is_name.then_some(prefix));
+                let prefix = start.take().map(|start| &tag[start..at]);
+                let is_name = |prefix: &&str| {
+                    prefix.starts_with(|c: char| c.is_ascii_alphabetic()) && prefix.chars().all(is_of_name)
+                };
+                found.extend(prefix.filter(is_name));
             }
-            (None, byte) if byte.is_ascii_whitespace() || matches!(byte, b'=' | b'/') => start = at + 1,
+            (None, byte) if byte.is_ascii_whitespace() || matches!(byte, b'=' | b'/') => start = Some(at + 1),
             (None, _) => {}
         }
     }
@@ -115,5 +118,12 @@ mod tests {
         assert!(linked.starts_with(
             r#"<svg xmlns:inkscape="urn:undeclared:inkscape" xmlns:xlink="http://www.w3.org/1999/xlink"><use"#
         ));
+    }
+
+    #[test]
+    fn a_long_name_of_many_colons_is_looked_through_once() {
+        let (name, colons) = ("a".repeat(2 << 20), ":".repeat(2 << 20));
+        let tag = format!("{name}{colons} b:c='d'/>");
+        assert_eq!(prefixes(&tag), BTreeSet::from([&*name, "b"]));
     }
 }

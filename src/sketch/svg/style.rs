@@ -1,7 +1,7 @@
-//! How much a style sheet asks: usvg compares every rule with every element, and gives those it is for its declarations.
+//! What style says, and how much a style sheet asks: usvg compares every rule with every element, and gives those it is for its declarations.
 
-use simplecss::{Rule, StyleSheet};
-use usvg::roxmltree::Document;
+use simplecss::{DeclarationTokenizer, Rule, StyleSheet};
+use usvg::roxmltree::{Document, Node};
 
 use super::nesting::Extent;
 use crate::sketch::refusal::Refusal;
@@ -28,8 +28,7 @@ pub(super) fn check(document: &Document, extent: &Extent) -> Result<(), Refusal>
         let detail = format!("the style sheet of the SVG is too large for its {} elements: {what}", extent.elements);
         Err(Refusal::plain(detail))
     };
-    let sheets: Vec<&str> =
-        document.descendants().filter(|node| node.has_tag_name("style")).filter_map(|node| node.text()).collect();
+    let sheets: Vec<&str> = sheets(document).collect();
     let rules = |sheet: &str| sheet.bytes().filter(|byte| matches!(byte, b'{' | b',')).count();
     let sorting = sheets.iter().map(|sheet| rules(sheet)).sum::<usize>().saturating_mul(sheets.len());
     let is_long = |sheet: &&str| rules(sheet).saturating_mul(sheet.len()) > MAX_PARSING || copies(sheet) > MAX_COPIES;
@@ -52,6 +51,22 @@ pub(super) fn check(document: &Document, extent: &Extent) -> Result<(), Refusal>
         return too_many("its rules are too long");
     }
     Ok(())
+}
+
+/// The style sheets of a document.
+pub(super) fn sheets<'a>(document: &'a Document) -> impl Iterator<Item = &'a str> {
+    document.descendants().filter(|node| node.has_tag_name("style")).filter_map(|node| node.text())
+}
+
+/// The value of a property of an element, by its own style or else as its attribute.
+pub(super) fn property<'a>(node: Node<'a, 'a>, name: &str) -> Option<&'a str> {
+    declared(node, name).or_else(|| node.attribute(name))
+}
+
+/// The value of a property by an element's own style.
+pub(super) fn declared<'a>(node: Node<'a, 'a>, name: &str) -> Option<&'a str> {
+    let declarations = DeclarationTokenizer::from(node.attribute("style")?);
+    declarations.filter(|declaration| declaration.name == name).last().map(|declaration| declaration.value)
 }
 
 /// The most copies of declarations that the rules of a sheet make.

@@ -61,9 +61,12 @@ fn substituted<'a>(text: &'a str, values: &Values, most: usize) -> Option<Cow<'a
 fn declared(text: &str) -> Values<'_> {
     let mut values = Values::new();
     for (at, _) in text.match_indices("--") {
-        let begins = !text[..at].ends_with(|c: char| is_of_name(c) || c == '!');
+        // Only where a name begins it is looked through: a row of dashes is one name, and not one from each dash on.
+        if text[..at].ends_with(|c: char| is_of_name(c) || c == '!') {
+            continue;
+        }
         let property = &text[at..];
-        let end = property.find(|c: char| !is_of_name(c)).filter(|_| begins);
+        let end = property.find(|c: char| !is_of_name(c));
         let value = end.and_then(|end| property[end..].trim_start().strip_prefix(':')).and_then(value);
         if let (Some(end), Some(value)) = (end, value)
             && values.len() < MAX_PROPERTIES
@@ -103,6 +106,13 @@ mod tests {
             let found = text(shape);
             assert!(resolved(&found).unwrap().contains(shown), "{shape}");
         }
+    }
+
+    #[test]
+    fn a_long_row_of_dashes_is_looked_through_once() {
+        let dashes = "-".repeat(4 << 20);
+        let text = format!("<style>a{{--x:red;fill:var(--x)}}</style><desc>{dashes}</desc>");
+        assert!(resolved(&text).unwrap().contains("fill:red"));
     }
 
     #[test]
