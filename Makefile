@@ -33,7 +33,7 @@ test:
 test-web: web
 	cd web && npm run check
 	cargo build --locked
-	cd web && SKETCHMATCH=../target/debug/sketchmatch CHROMIUM=$(CHROMIUM) npm test
+	cd web && SKETCHMATCH=$(abspath $(or $(CARGO_TARGET_DIR),target))/debug/sketchmatch CHROMIUM=$(CHROMIUM) npm test
 
 # What takes too long for every change: nodes killed, cut off and refused while they work, by PostgreSQL and an S3 server and by
 # SQLite, watched by a Prometheus; one asked for ten times what it can do; and how fast 1, 2 and 4 are. Needs PostgreSQL with psql,

@@ -61,11 +61,11 @@ impl MatchResult {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rating {
-    /// From 0.88: a mean error of 0.05 √area on average; of 34 matches none was off by more than 0.15.
+    /// From 0.88: a mean error of 0.05 √area on average; of 35 matches none was off by more than 0.15.
     High,
-    /// From 0.75: a mean error of 0.07 √area on average; of 80 matches 7 were off by more than 0.15, none by more than 0.3.
+    /// From 0.75: a mean error of 0.07 √area on average; of 80 matches 8 were off by more than 0.15, none by more than 0.3.
     Medium,
-    /// Below: a mean error of 0.13 √area on average; of 52 matches 14 were off by more than 0.15 and 4 by more than 0.3, whose
+    /// Below: a mean error of 0.14 √area on average; of 51 matches 14 were off by more than 0.15 and 5 by more than 0.3, whose
     /// views may be wrong.
     Low,
 }

@@ -25,10 +25,10 @@ pub struct Regression {
 
 /// As `sketchmatch weigh --fit` fits it to silhouettes of animals and persons and to drawings.
 const FITTED: Regression = Regression {
-    means: [-2.893, -1.696, -0.932, -2.923, -6.098, -4.284],
-    deviations: [0.565, 0.765, 0.487, 0.967, 1.656, 2.036],
-    weights: [-0.366, -0.453, -0.259, -0.057, -0.053, -0.405],
-    bias: 1.545,
+    means: [-2.857, -1.684, -0.929, -3.064, -6.223, -4.363],
+    deviations: [0.568, 0.775, 0.484, 1.020, 1.522, 1.996],
+    weights: [-0.308, -0.404, -0.269, -0.089, -0.052, -0.336],
+    bias: 1.548,
 };
 /// Logarithms are taken of no less.
 const LEAST: f64 = 1e-3;
