@@ -84,22 +84,23 @@ impl App {
     /// 429 where it may not.
     pub(super) async fn may_take(&self, bytes: usize, jobs: u64) -> Result<Option<Turn>, Problem> {
         let Limits { queued_jobs, stored_bytes, cpu_per_hour, .. } = self.config.tenant_limits;
-        let is_limited =
-            jobs > 0 && (queued_jobs.is_some() || cpu_per_hour.is_some()) || bytes > 0 && stored_bytes.is_some();
-        if !is_limited {
+        // Only what is taken is looked up.
+        let (queued_jobs, cpu_per_hour) = (queued_jobs.filter(|_| jobs > 0), cpu_per_hour.filter(|_| jobs > 0));
+        let stored_bytes = stored_bytes.filter(|_| bytes > 0);
+        if (queued_jobs, stored_bytes, cpu_per_hour) == (None, None, None) {
             return Ok(None);
         }
         let turn = self.store.turn(TAKING).await;
         let usage = self.store.usage().await?;
         let spent = |detail: String| Err(Problem::too_many(detail, LOOK_AGAIN));
-        if let Some(most) = queued_jobs.filter(|most| jobs > 0 && usage.queued.saturating_add(jobs) > *most) {
+        if let Some(most) = queued_jobs.filter(|most| usage.queued.saturating_add(jobs) > *most) {
             return spent(format!("up to {most} jobs of one tenant wait"));
         }
-        if let Some(most) = stored_bytes.filter(|most| bytes > 0 && usage.bytes.saturating_add(bytes as u64) > *most) {
+        if let Some(most) = stored_bytes.filter(|most| usage.bytes.saturating_add(bytes as u64) > *most) {
             let kept = usage.bytes;
             return spent(format!("up to {most} bytes of one tenant are kept, {kept} are: delete what is not needed"));
         }
-        if let Some(most) = cpu_per_hour.filter(|most| jobs > 0 && usage.cpu >= *most) {
+        if let Some(most) = cpu_per_hour.filter(|most| usage.cpu >= *most) {
             let seconds = most.as_secs();
             return spent(format!("jobs of one tenant take up to {seconds} s of processor time in an hour"));
         }

@@ -20,10 +20,7 @@ pub fn outside(picture: &Bitmap) -> Bitmap {
     for run in &pieces.runs {
         open[run.piece] |= run.y == 0 || run.y + 1 == height || run.from == 0 || run.to == width;
     }
-    let mut outside = Bitmap::new(width, height);
-    let open_runs = pieces.runs.iter().filter(|run| open[run.piece]);
-    open_runs.for_each(|run| outside.fill(run.y, run.from, run.to, true));
-    outside
+    pieces.kept(picture, |piece| open[piece])
 }
 
 /// The pieces of a picture with at least so many pixels, each a picture, largest first and no more than [`MOST_PARTS`].

@@ -39,6 +39,14 @@ impl Pieces {
         Pieces { runs, sizes }
     }
 
+    /// Those of the pieces that are kept, in a picture of the same size as this one.
+    pub fn kept(&self, picture: &Bitmap, is_kept: impl Fn(usize) -> bool) -> Bitmap {
+        let mut kept = Bitmap::new(picture.width(), picture.height());
+        let runs = self.runs.iter().filter(|run| is_kept(run.piece));
+        runs.for_each(|run| kept.fill(run.y, run.from, run.to, true));
+        kept
+    }
+
     /// The boxes the pieces lie in, in the order of the pieces.
     pub fn boxes(&self) -> Vec<PixelBox> {
         let mut boxes: Vec<Option<PixelBox>> = vec![None; self.sizes.len()];
@@ -53,10 +61,7 @@ impl Pieces {
 /// The picture without its pieces of fewer than `least` pixels, joined by sides and corners.
 pub fn without_specks(picture: &Bitmap, least: usize) -> Bitmap {
     let pieces = Pieces::of(picture, true);
-    let mut clean = Bitmap::new(picture.width(), picture.height());
-    let runs = pieces.runs.iter().filter(|run| pieces.sizes[run.piece] >= least);
-    runs.for_each(|run| clean.fill(run.y, run.from, run.to, true));
-    clean
+    pieces.kept(picture, |piece| pieces.sizes[piece] >= least)
 }
 
 /// The runs of set pixels, in order. Runs of neighbouring rows are joined where they overlap when one is widened by

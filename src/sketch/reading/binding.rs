@@ -35,9 +35,7 @@ pub(super) fn binding(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
         let is_ring: Vec<bool> = boxes.iter().map(|own| lies_along(own, sheet.sides, axis, far)).collect();
         let spans = boxes.iter().zip(&is_ring).filter(|(_, is)| **is).map(|(own, _)| own.low[axis]..own.high[axis]);
         if is_row(&apart(spans.collect()), (sheet.sides.high[axis] - sheet.sides.low[axis]) as f64) {
-            for run in pieces.runs.iter().filter(|run| is_ring[run.piece]) {
-                rings.fill(run.y, run.from, run.to, true);
-            }
+            rings = rings.or(&pieces.kept(ink, |piece| is_ring[piece]));
         }
     }
     dilated(&rings, SHADOW)

@@ -25,17 +25,14 @@ pub(super) fn edge(ink: &Bitmap, sheet: &Sheet) -> Bitmap {
         is_outer[run.piece] &= (run.from..run.to).all(|x| bands.iter().any(|band| band.holds([x, run.y])));
     }
     let outer: Vec<&Run> = pieces.runs.iter().filter(|run| is_outer[run.piece]).collect();
-    let mut edge = Bitmap::new(ink.width(), ink.height());
     let full: Vec<&Band> = bands.iter().filter(|band| band.is_full(&outer)).collect();
     if full.len() == bands.len() {
-        return edge;
+        return Bitmap::new(ink.width(), ink.height());
     }
-    for band in full {
-        let mut is_edge = vec![false; pieces.sizes.len()];
-        outer.iter().filter(|run| band.within(run).next().is_some()).for_each(|run| is_edge[run.piece] = true);
-        outer.iter().filter(|run| is_edge[run.piece]).for_each(|run| edge.fill(run.y, run.from, run.to, true));
-    }
-    dilated(&edge, SOFT)
+    let lies_along = |run: &Run| full.iter().any(|band| band.within(run).next().is_some());
+    let mut is_edge = vec![false; pieces.sizes.len()];
+    outer.iter().filter(|run| lies_along(run)).for_each(|run| is_edge[run.piece] = true);
+    dilated(&pieces.kept(ink, |piece| is_edge[piece]), SOFT)
 }
 
 /// A band along one side of a sheet.

@@ -30,11 +30,7 @@ pub(super) fn continued(ink: &Bitmap, stretches: &Bitmap) -> Bitmap {
     for run in &pieces.runs {
         continues[run.piece] |= ink.next(run.y, run.from, true) < run.to;
     }
-    let mut joined = Bitmap::new(ink.width(), ink.height());
-    for run in pieces.runs.iter().filter(|run| continues[run.piece]) {
-        joined.fill(run.y, run.from, run.to, true);
-    }
-    ink.or(&joined.and(stretches))
+    ink.or(&pieces.kept(ink, |piece| continues[piece]).and(stretches))
 }
 
 /// The pixels outside of the ink that lie on a line whose contrast is `least` on average, and half as much on either side.

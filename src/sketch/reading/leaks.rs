@@ -36,11 +36,7 @@ pub(super) fn leaks(colours: &[[u8; 3]], ground: &Bitmap, sheet: &Sheet) -> Bitm
     for run in pieces.runs.iter().filter(|run| pieces.sizes[run.piece] as f64 >= least) {
         rims[run.piece].add(colours, ground, &drifted, run);
     }
-    let mut leaks = Bitmap::new(ground.width(), ground.height());
-    for run in pieces.runs.iter().filter(|run| rims[run.piece].is_hard()) {
-        leaks.fill(run.y, run.from, run.to, true);
-    }
-    leaks
+    pieces.kept(ground, |piece| rims[piece].is_hard())
 }
 
 /// The pixels of a ground whose colour is not found again where their row or their column gets to the border.

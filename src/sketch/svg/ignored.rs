@@ -1,5 +1,6 @@
 //! What of a document is not drawn, though a browser shows it.
 
+use std::cell::LazyCell;
 use std::collections::BTreeSet;
 use std::str::FromStr;
 
@@ -62,7 +63,8 @@ impl Ignored {
     /// What is not drawn of this document; elements without a namespace are drawn as those of an SVG too. `is_turned` where its
     /// root is.
     pub fn of(document: &Document, is_turned: bool) -> Ignored {
-        let used = used(document);
+        // Most drawings have no such element, and nobody needs to know then what is referred to.
+        let used = LazyCell::new(|| used(document));
         let is_shown = |kind: &&str| {
             let mut of_kind = document.descendants().filter(|node| is_svg(*node, kind));
             of_kind.any(|node| is_seen(node, &used))
