@@ -13,11 +13,11 @@ use utoipa::IntoParams;
 
 use super::body::JsonBody;
 use super::idempotency::{Answer, IdempotencyKey, fingerprint};
-use super::preference::Wait;
+use super::preference::{PREFERENCE_APPLIED, Wait};
 use super::problem::{Fault, Problem};
 use super::query::Query;
 use super::resource::{LOOK_AGAIN, Resource, address, described};
-use super::{App, PREFERENCE_APPLIED, Service, shapes};
+use super::{App, Service, shapes};
 use crate::store::{Job, MEMORY, NewJob, Priority, Unkept};
 
 /// What a job is asked for with beside its request.

@@ -16,13 +16,17 @@ use super::query::Id;
 use super::resource::{self, Resource, address};
 use super::timestamp::timestamp;
 use super::{App, paths, shapes};
+use crate::access::Signer;
 use crate::access::key_file::milliseconds;
 use crate::jobs::Posing;
 use crate::pipeline::Settings;
-use crate::store::Kind;
+use crate::store::{Kind, StoreError};
 
 /// How long a signature is good: as long as it takes to look at something.
 const LIFETIME: Duration = Duration::from_secs(15 * 60);
+
+/// The name of the secret that signs addresses.
+const SECRET: &str = "links";
 
 /// The query parameter that a signature stands in.
 const PARAMETER: &str = "signature";
@@ -49,6 +53,17 @@ pub fn resource(path: &str) -> Option<&str> {
     let id = path[list.len()..].strip_prefix('/')?;
     let (id, below) = id.split_once('/').unwrap_or((id, ""));
     (!id.is_empty() && below != LAST).then(|| &path[..list.len() + 1 + id.len()])
+}
+
+impl App {
+    /// What signs addresses and knows its signatures again.
+    ///
+    /// # Errors
+    /// What the store said.
+    pub(super) async fn signer(&self) -> Result<&Signer, StoreError> {
+        let signer = async { self.store.secret(SECRET).await.map(Signer::new) };
+        self.signer.get_or_try_init(|| signer).await
+    }
 }
 
 /// Addresses that need no key until they end.

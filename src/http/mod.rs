@@ -38,6 +38,7 @@ mod poses;
 mod preference;
 mod problem;
 mod query;
+mod queueing;
 mod rebuilt;
 mod regularisers;
 mod representation;
@@ -52,6 +53,7 @@ mod spectra;
 mod sweeps;
 mod timestamp;
 mod transfers;
+mod turns;
 mod unread;
 
 use std::path::PathBuf;
@@ -61,13 +63,13 @@ use std::time::Duration;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, FromRequestParts, MatchedPath, Request};
 use axum::http::request::Parts;
-use axum::http::{HeaderName, Method, StatusCode};
+use axum::http::{Method, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
-use tokio::sync::{OnceCell, OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{OnceCell, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -75,8 +77,7 @@ use tower_http::timeout::TimeoutLayer;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::access::{Grant, Signer};
-use crate::jobs;
-use crate::store::{Job, JobChanges, NewJob, Places, Store, StoreError, Submitted, Unkept};
+use crate::store::{JobChanges, Store};
 use crate::webhooks;
 use admission::{Admission, Door};
 use connections::Limits;
@@ -90,12 +91,10 @@ use origin::Origin;
 pub use preference::LONGEST_WAIT;
 use problem::Problem;
 use single_flight::SingleFlight;
+use turns::grains;
 
 /// How long a change of a job made by another process may go unnoticed.
 const POLL: Duration = Duration::from_secs(15);
-
-/// The name of the secret that signs addresses.
-const LINKS: &str = "links";
 
 /// Connections at one time to the address of the measures: those who watch are few.
 const MEASURE_CONNECTIONS: usize = 64;
@@ -209,43 +208,6 @@ impl FromRequestParts<Service> for App {
     }
 }
 
-/// In which line work waits for its turn.
-#[derive(Clone, Copy)]
-enum Line {
-    /// It takes moments.
-    Short,
-    /// It may take tens of seconds.
-    Long,
-}
-
-/// The work, with what it takes until it has ended, also where nobody waits for it any more.
-fn keeping<T>(
-    taken: impl Send + 'static,
-    work: impl FnOnce() -> T + Send + 'static,
-) -> impl FnOnce() -> T + Send + 'static {
-    move || {
-        let _taken = taken;
-        work()
-    }
-}
-
-/// What was taken into the queue.
-///
-/// # Errors
-/// 503 where it is full; 404 where a shape was deleted meanwhile.
-fn taken<T>(submitted: Submitted<T>) -> Result<T, Problem> {
-    match submitted {
-        Submitted::Taken(taken) => Ok(taken),
-        Submitted::Full => Err(Problem::busy("the queue is full", 10)),
-        Submitted::Gone => Err(Problem::not_found("shape of this id any more")),
-    }
-}
-
-/// Permits for this many bytes.
-fn grains(bytes: usize) -> u32 {
-    u32::try_from(bytes.div_ceil(body::MEMORY_GRAIN)).unwrap_or(u32::MAX)
-}
-
 impl App {
     pub fn new(store: Store, config: Config, metrics: PrometheusHandle, shutdown: CancellationToken) -> App {
         let process = metrics_process::Collector::new("sketchmatch_");
@@ -273,119 +235,6 @@ impl App {
             signer: Arc::default(),
             trace: None,
         }
-    }
-
-    /// What signs addresses and knows its signatures again.
-    ///
-    /// # Errors
-    /// What the store said.
-    async fn signer(&self) -> Result<&Signer, StoreError> {
-        let signer = async { self.store.secret(LINKS).await.map(Signer::new) };
-        self.signer.get_or_try_init(|| signer).await
-    }
-
-    /// What `work` returns, done on a thread of its own: as many at a time as there are processors, or two. Work that has
-    /// begun keeps its turn to its end, also where the client hangs up meanwhile.
-    async fn off_runtime<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
-        let turn = self.turns.clone().acquire_owned().await.map_err(Problem::internal)?;
-        tokio::task::spawn_blocking(keeping(turn, work)).await.map_err(Problem::internal)
-    }
-
-    /// The same for work that may take tens of seconds: of the turns it leaves one to short work, which so goes on however much
-    /// there is of it.
-    async fn at_length<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
-        let long = self.long_turns.clone().acquire_owned().await.map_err(Problem::internal)?;
-        self.off_runtime(keeping(long, work)).await
-    }
-
-    /// The same for work that waits in one line or the other.
-    async fn in_line<T: Send + 'static>(
-        &self,
-        line: Line,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, Problem> {
-        match line {
-            Line::Short => self.off_runtime(work).await,
-            Line::Long => self.at_length(work).await,
-        }
-    }
-
-    /// A hold on about this many bytes of the memory for what is read, once they are free; what takes more than there are goes
-    /// alone. Who has one asks for no other: two who did would wait for each other.
-    async fn room_for(&self, bytes: usize) -> Result<OwnedSemaphorePermit, Problem> {
-        let grains = grains(bytes.min(self.config.max_reading_bytes));
-        self.reading.clone().acquire_many_owned(grains).await.map_err(Problem::internal)
-    }
-
-    /// What short work returns that takes about this many bytes of memory.
-    async fn with_memory<T: Send + 'static>(
-        &self,
-        bytes: usize,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, Problem> {
-        let memory = self.room_for(bytes).await?;
-        self.off_runtime(keeping(memory, work)).await
-    }
-
-    /// Bytes of memory that are set aside for what is being read now.
-    fn reading_bytes(&self) -> usize {
-        let all = grains(self.config.max_reading_bytes) as usize;
-        (all - self.reading.available_permits()) * body::MEMORY_GRAIN
-    }
-
-    /// A hold on memory for a body of `length` bytes, given back when dropped.
-    ///
-    /// # Errors
-    /// 503 while other bodies take it up.
-    fn memory_for(&self, length: usize) -> Result<OwnedSemaphorePermit, Problem> {
-        let hold = self.memory.clone().try_acquire_many_owned(grains(length));
-        hold.map_err(|_| Problem::busy("too many uploads are under way", 1))
-    }
-
-    /// Makes a hold on memory one for `length` bytes.
-    ///
-    /// # Errors
-    /// 503 while other bodies take it up.
-    fn enlarge(&self, hold: &mut OwnedSemaphorePermit, length: usize) -> Result<(), Problem> {
-        let more = length.saturating_sub(hold.num_permits() * body::MEMORY_GRAIN);
-        hold.merge(self.memory_for(more)?);
-        Ok(())
-    }
-
-    /// Puts a job into the queue, of whose places its kind may take so many, together with the shape that came within its
-    /// request, where one did.
-    ///
-    /// # Errors
-    /// 429 where the tenant has as many jobs as it may; 503 where the queue is full; 404 where a shape the job needs was deleted meanwhile.
-    async fn queued(&self, job: &NewJob<'_>, shape: Option<Unkept>) -> Result<Job, Problem> {
-        let (job, places) = (&self.traced(job), self.places(job.kind));
-        let _turn = self.may_take(shape.as_ref().map_or(0, Unkept::bytes), 1).await?;
-        let submitted = match shape {
-            Some(shape) => self.store.submit_with(shape, job, places).await?,
-            None => self.store.submit(job, places).await?,
-        };
-        Ok(*taken(submitted)?)
-    }
-
-    /// Puts jobs of one kind into the queue together: all or none.
-    ///
-    /// # Errors
-    /// As of [`queued`](Self::queued).
-    async fn queued_together(&self, kind: &str, jobs: &[NewJob<'_>]) -> Result<Vec<Job>, Problem> {
-        let jobs: Vec<NewJob> = jobs.iter().map(|job| self.traced(job)).collect();
-        let _turn = self.may_take(0, jobs.len() as u64).await?;
-        taken(self.store.submit_all(&jobs, self.places(kind)).await?)
-    }
-
-    /// The job as part of the trace that the request is part of.
-    fn traced<'a>(&'a self, job: &NewJob<'a>) -> NewJob<'a> {
-        NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job }
-    }
-
-    /// The places of the queue, and those of them that jobs of a kind may take.
-    fn places(&self, kind: &str) -> Places {
-        let queue = self.config.max_queue;
-        Places { queue, of_kind: jobs::kind(kind).map_or(queue, |kind| kind.places(queue)) }
     }
 
     /// Waits for a change of a job, but not for ever: another process may have made one. False once the server is to
@@ -424,8 +273,6 @@ fn router(app: App, hosts: Hosts) -> Router {
         .layer(from_fn_with_state(Arc::new(hosts), host::checked))
         .layer(from_fn(observation::observed))
 }
-
-const PREFERENCE_APPLIED: HeaderName = HeaderName::from_static("preference-applied");
 
 /// Answers OPTIONS at paths that do not exist as other methods: the layer for scripts of other sites would say yes.
 async fn only_paths_there_are(request: Request, next: Next) -> Response {
@@ -469,80 +316,4 @@ pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<
         .layer(from_fn_with_state(Arc::new(hosts), host::checked));
     connections::serve(listener, routes, limits, shutdown).await;
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use std::pin::pin;
-    use std::sync::mpsc::channel;
-
-    use axum::http::HeaderMap;
-    use metrics_exporter_prometheus::PrometheusBuilder;
-    use serde_json::json;
-    use tokio::time::timeout;
-
-    use super::*;
-    use crate::mesh::solids::sheet;
-    use crate::store::Source;
-    use crate::store::testing::fresh;
-
-    /// Within which all is done that nothing keeps waiting.
-    const SOON: Duration = Duration::from_secs(20);
-
-    #[tokio::test]
-    async fn work_keeps_its_turn_and_its_memory_when_nobody_waits_any_more() {
-        let (_directory, store) = fresh().await;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
-        let turns = app.turns.available_permits();
-        let (began, begun) = channel();
-        let (end, ended) = channel();
-        let working = app.clone();
-        let asking = tokio::spawn(async move {
-            let work = move || {
-                began.send(()).unwrap();
-                ended.recv().unwrap();
-            };
-            working.with_memory(1 << 20, work).await
-        });
-        tokio::task::spawn_blocking(move || begun.recv().unwrap()).await.unwrap();
-        asking.abort();
-        assert!(asking.await.unwrap_err().is_cancelled());
-        assert_eq!((app.turns.available_permits(), app.reading_bytes()), (turns - 1, 1 << 20));
-        end.send(()).unwrap();
-        let all_turns = app.turns.acquire_many(u32::try_from(turns).unwrap()).await;
-        assert!(all_turns.is_ok() && app.reading.available_permits() == grains(app.config.max_reading_bytes) as usize);
-    }
-
-    #[tokio::test]
-    async fn short_work_goes_on_however_much_long_work_there_is() {
-        let (_directory, store) = fresh().await;
-        let source = Source { bytes: "v".into(), media_type: "model/obj".to_owned(), parameters: String::new() };
-        let mesh = store.insert_mesh(sheet(6, 3).into(), source, None, json!({})).await.unwrap().0.id;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
-        let id = || query::Id(mesh.clone());
-        let (ends, ended) = channel::<()>();
-        let ended = Arc::new(std::sync::Mutex::new(ended));
-        let long: Vec<_> = (0..=app.turns.available_permits())
-            .map(|_| {
-                let (app, ended) = (app.clone(), ended.clone());
-                // It lasts until nobody can say any more that it is over.
-                tokio::spawn(async move { app.at_length(move || ended.lock().unwrap().recv().is_err()).await })
-            })
-            .collect();
-        while app.long_turns.available_permits() > 0 {
-            tokio::task::yield_now().await;
-        }
-        let picture = portraits::of_mesh(app.clone(), id(), query::Query(Default::default()), HeaderMap::new());
-        let mut picture = pin!(picture);
-        assert!(timeout(Duration::from_millis(200), &mut picture).await.is_err());
-        let triangles = timeout(SOON, geometry::of_mesh(app.clone(), id(), HeaderMap::new())).await.unwrap();
-        assert_eq!(triangles.ok().unwrap().status(), StatusCode::OK);
-        drop(ends);
-        assert_eq!(timeout(SOON, picture).await.unwrap().ok().unwrap().status(), StatusCode::OK);
-        for work in long {
-            assert!(work.await.unwrap().ok().unwrap());
-        }
-    }
 }

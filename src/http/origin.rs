@@ -12,7 +12,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use tower_http::cors::{AllowHeaders, Any, CorsLayer};
 
-use super::PREFERENCE_APPLIED;
+use super::preference::PREFERENCE_APPLIED;
 use super::problem::{Fault, Problem};
 
 /// Where a browser says how far the page behind a request is from what it asks.

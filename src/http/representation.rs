@@ -8,8 +8,9 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
+use super::App;
 use super::problem::{Fault, Problem};
-use super::{App, Line};
+use super::turns::Line;
 
 pub const JSON: &str = "application/json";
 pub const NPY: &str = "application/x-npy";
