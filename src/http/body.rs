@@ -152,19 +152,16 @@ async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Probl
 mod tests {
     use std::io;
 
-    use metrics_exporter_prometheus::PrometheusBuilder;
-    use tokio_util::sync::CancellationToken;
-
     use super::*;
     use crate::http::Config;
+    use crate::http::testing::app;
     use crate::store::testing::fresh;
 
     #[tokio::test]
     async fn a_body_takes_as_much_memory_as_has_arrived() {
         let (_directory, store) = fresh().await;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
         let config = Config { max_upload_bytes: 10_000, max_uploads_bytes: 20_480, ..Config::default() };
-        let app = App::new(store, config, measures, CancellationToken::new());
+        let app = app(store, config);
         let service = Service(app.clone());
         let pieces = |length: usize| {
             let pieces: Vec<_> =
@@ -183,8 +180,7 @@ mod tests {
     #[tokio::test]
     async fn a_json_body_takes_memory_until_it_is_dropped() {
         let (_directory, store) = fresh().await;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let app = app(store, Config::default());
         let service = Service(app.clone());
         let all = app.memory.available_permits();
         let length = 3 * MEMORY_GRAIN;

@@ -51,6 +51,8 @@ mod single_flight;
 mod sketches;
 mod spectra;
 mod sweeps;
+#[cfg(test)]
+mod testing;
 mod timestamp;
 mod transfers;
 mod turns;

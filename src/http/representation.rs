@@ -265,11 +265,10 @@ mod tests {
     use std::convert::Infallible;
 
     use axum::body::Body;
-    use metrics_exporter_prometheus::PrometheusBuilder;
-    use tokio_util::sync::CancellationToken;
 
     use super::*;
     use crate::http::Config;
+    use crate::http::testing::app;
     use crate::store::testing::fresh;
 
     const OFFERED: [&str; 3] = ["application/json", "text/csv", "application/x-npy"];
@@ -329,8 +328,7 @@ mod tests {
     #[tokio::test]
     async fn makes_nothing_for_a_client_that_has_it() {
         let (_directory, store) = fresh().await;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let app = app(store, Config::default());
         let asked = async |headers, how: &str| {
             let wanted = Wanted::named(headers, "image/png");
             wanted.made_of(&app, Bytes::from_static(b"{}"), how.to_owned()).await.ok().unwrap()

@@ -70,11 +70,10 @@ mod tests {
     use axum::http::{StatusCode, header};
     use axum::response::IntoResponse;
     use bytes::Bytes;
-    use metrics_exporter_prometheus::PrometheusBuilder;
-    use tokio_util::sync::CancellationToken;
 
     use super::*;
     use crate::http::Config;
+    use crate::http::testing::app;
     use crate::jobs::Task;
     use crate::store::testing::{ALL, fresh};
     use crate::store::{NewJob, Places};
@@ -84,8 +83,7 @@ mod tests {
         let (_directory, store) = fresh().await;
         store.submit(&NewJob::of(Settings::NAME, "{}"), Places { queue: 1, of_kind: 1 }).await.unwrap();
         let lease = store.claim(&[Settings::NAME], ALL).await.unwrap().unwrap();
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store.clone(), Config::default(), measures, CancellationToken::new());
+        let app = app(store.clone(), Config::default());
         let asked = async |preview: bool| {
             let query = Query(ResultQuery { preview });
             read(app.clone(), Id(lease.job.id.clone()), query, HeaderMap::new()).await.into_response()

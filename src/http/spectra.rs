@@ -252,18 +252,16 @@ mod tests {
     use std::path::Path;
     use std::pin::pin;
 
-    use metrics_exporter_prometheus::PrometheusBuilder;
     use serde_json::json;
     use tokio::time::timeout;
-    use tokio_util::sync::CancellationToken;
 
     use super::*;
     use crate::http::Config;
+    use crate::http::testing::app;
     use crate::mesh::solids::sheet;
     use crate::numerics::{Unwatched, instruction_set};
     use crate::spectral::spectrum;
-    use crate::store::Source;
-    use crate::store::testing::{Place, fresh};
+    use crate::store::testing::{Place, fresh, source};
 
     /// What answers, and a mesh whose spectrum is known.
     async fn known() -> (Place, App, String) {
@@ -272,10 +270,8 @@ mod tests {
         let key = SpectrumKey { shape_hash: flat.content_hash(), boundary: Boundary::Neumann };
         let kept = spectrum(&flat, DEFAULT_EIGENPAIRS, Boundary::Neumann, &Unwatched).unwrap();
         store.put_spectrum(&key, kept, None).await.unwrap();
-        let source = Source { bytes: "v".into(), media_type: "model/obj".to_owned(), parameters: String::new() };
-        let mesh = store.insert_mesh(flat.into(), source, None, json!({})).await.unwrap().0.id;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        (place, App::new(store, Config::default(), measures, CancellationToken::new()), mesh)
+        let mesh = store.insert_mesh(flat.into(), source("v"), None, json!({})).await.unwrap().0.id;
+        (place, app(store, Config::default()), mesh)
     }
 
     async fn answered(app: &App, mesh: &str) -> StatusCode {

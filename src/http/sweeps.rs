@@ -195,30 +195,24 @@ mod tests {
 
     use axum::body::{Body, to_bytes};
     use axum::extract::{FromRequest, FromRequestParts, Request};
-    use metrics_exporter_prometheus::PrometheusBuilder;
     use serde_json::json;
-    use tokio_util::sync::CancellationToken;
 
     use super::*;
+    use crate::http::testing::app;
     use crate::http::{Config, Service};
     use crate::mesh::solids::sheet;
     use crate::sketch::{Sketch, YAxis};
-    use crate::store::testing::fresh;
-    use crate::store::{Page, Retention, Source};
+    use crate::store::testing::{fresh, source};
+    use crate::store::{Page, Retention};
 
     #[tokio::test]
     async fn a_sweep_whose_process_died_before_its_answer_was_kept_is_not_made_again() {
         let (_directory, store) = fresh().await;
-        let (flat, source) = (sheet(8, 6), |bytes: &'static str| Source {
-            bytes: bytes.into(),
-            media_type: "model/obj".to_owned(),
-            parameters: String::new(),
-        });
+        let flat = sheet(8, 6);
         let sketch = Sketch::new(flat.clone(), YAxis::Up).unwrap();
         let sketch = store.insert_sketch(sketch, source("s"), None, json!({})).await.unwrap().0.id;
         let mesh = store.insert_mesh(flat.into(), source("m"), None, json!({})).await.unwrap().0.id;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store.clone(), Config::default(), measures, CancellationToken::new());
+        let app = app(store.clone(), Config::default());
         let sweep = json!({"request": {"mesh": mesh, "sketch": sketch}, "pointer": "/basis/k", "values": [5, 6, 6]});
         let ask = async || {
             let request = Request::post("/v1/sweeps").header("content-type", "application/json");

@@ -115,16 +115,14 @@ mod tests {
     use std::time::Duration;
 
     use axum::http::{HeaderMap, StatusCode};
-    use metrics_exporter_prometheus::PrometheusBuilder;
     use serde_json::json;
     use tokio::time::timeout;
-    use tokio_util::sync::CancellationToken;
 
-    use super::super::{Config, geometry, portraits, query};
     use super::*;
+    use crate::http::testing::app;
+    use crate::http::{Config, geometry, portraits, query};
     use crate::mesh::solids::sheet;
-    use crate::store::Source;
-    use crate::store::testing::fresh;
+    use crate::store::testing::{fresh, source};
 
     /// Within which all is done that nothing keeps waiting.
     const SOON: Duration = Duration::from_secs(20);
@@ -132,8 +130,7 @@ mod tests {
     #[tokio::test]
     async fn work_keeps_its_turn_and_its_memory_when_nobody_waits_any_more() {
         let (_directory, store) = fresh().await;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let app = app(store, Config::default());
         let turns = app.turns.available_permits();
         let (began, begun) = channel();
         let (end, ended) = channel();
@@ -157,10 +154,8 @@ mod tests {
     #[tokio::test]
     async fn short_work_goes_on_however_much_long_work_there_is() {
         let (_directory, store) = fresh().await;
-        let source = Source { bytes: "v".into(), media_type: "model/obj".to_owned(), parameters: String::new() };
-        let mesh = store.insert_mesh(sheet(6, 3).into(), source, None, json!({})).await.unwrap().0.id;
-        let measures = PrometheusBuilder::new().build_recorder().handle();
-        let app = App::new(store, Config::default(), measures, CancellationToken::new());
+        let mesh = store.insert_mesh(sheet(6, 3).into(), source("v"), None, json!({})).await.unwrap().0.id;
+        let app = app(store, Config::default());
         let id = || query::Id(mesh.clone());
         let (ends, ended) = channel::<()>();
         let ended = Arc::new(std::sync::Mutex::new(ended));

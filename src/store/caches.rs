@@ -96,13 +96,12 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::testing::{Place, on_every_database};
-    use crate::store::{Kind, Source};
+    use crate::store::Kind;
+    use crate::store::testing::{Place, on_every_database, source};
 
     async fn mesh(store: &Store, file: &'static str) -> String {
         let mesh = TriangleMesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]], vec![[0, 1, 2]]).unwrap();
-        let source = Source { bytes: Bytes::from(file), media_type: "model/obj".to_owned(), parameters: String::new() };
-        store.insert_mesh(mesh.into(), source, None, json!({})).await.unwrap().0.id
+        store.insert_mesh(mesh.into(), source(file), None, json!({})).await.unwrap().0.id
     }
 
     #[tokio::test]

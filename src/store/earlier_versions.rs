@@ -9,8 +9,8 @@ use sqlx::AnyPool;
 use tempfile::TempDir;
 
 use super::blobs::Blobs;
-use super::testing::ALL;
-use super::{BlobUrl, Config, Kind, Remembered, Source, State, Store, StoreError, database, geometry};
+use super::testing::{ALL, source};
+use super::{BlobUrl, Config, Kind, Remembered, State, Store, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
 
@@ -122,8 +122,7 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
         ("waits", "match", State::Running)
     );
     // The same geometry comes again: another shape, with its file, beside the old one.
-    let source = Source { bytes: Bytes::from("v"), media_type: "model/obj".to_owned(), parameters: String::new() };
-    let (again, new) = store.insert_mesh(triangle().into(), source, None, json!({})).await.unwrap();
+    let (again, new) = store.insert_mesh(triangle().into(), source("v"), None, json!({})).await.unwrap();
     assert!(new && again.id != mesh, "{again:?}");
     assert_eq!(store.shape(Kind::Mesh, &mesh).await.unwrap(), Some(shape));
     assert!(store.file(Kind::Mesh, &again.id).await.unwrap().is_some());

@@ -154,8 +154,8 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::testing::{ALL, Place, on_every_database};
-    use crate::store::{NewJob, Page, Places, Remembered, Source, Submitted};
+    use crate::store::testing::{ALL, Place, on_every_database, source};
+    use crate::store::{NewJob, Page, Places, Remembered, Submitted};
 
     const HOUR: Duration = Duration::from_secs(3600);
     const PLACES: Places = Places { queue: 99, of_kind: 99 };
@@ -167,8 +167,7 @@ mod tests {
     async fn shape(store: &Store, x: f64) -> Shape {
         let corners = vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 0.3, 1.0, 0.0]];
         let mesh = TriangleMesh::new(corners, vec![[0, 1, 2]]).unwrap();
-        let source = Source { bytes: Bytes::from("v"), media_type: "model/obj".to_owned(), parameters: String::new() };
-        store.insert_mesh(mesh.into(), source, None, json!({})).await.unwrap().0
+        store.insert_mesh(mesh.into(), source("v"), None, json!({})).await.unwrap().0
     }
 
     /// The id of a job that needs this mesh.

@@ -46,18 +46,14 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::testing::{ALL, Place, on_every_database};
-    use crate::store::{Config, Deletion, Kind, NewJob, Page, Places, Remembered, Source, State, Submitted, database};
+    use crate::store::testing::{ALL, Place, on_every_database, source};
+    use crate::store::{Config, Deletion, Kind, NewJob, Page, Places, Remembered, State, Submitted, database};
 
     const WHOLE: Page = Page { after: None, limit: 100 };
     const PLACES: Places = Places { queue: 9, of_kind: 9 };
 
     fn tenants(store: &Store) -> [Store; 3] {
         ["default", "acme", "umbrella"].map(|tenant| store.of(&tenant.parse().unwrap()))
-    }
-
-    fn source() -> Source {
-        Source { bytes: Bytes::from("v"), media_type: "model/obj".to_owned(), parameters: String::new() }
     }
 
     fn triangle() -> TriangleMesh {
@@ -73,7 +69,7 @@ mod tests {
         let mut ids = Vec::new();
         for tenant in tenants(&store) {
             for new in [true, false] {
-                let inserted = tenant.insert_mesh(triangle().into(), source(), None, json!({})).await.unwrap();
+                let inserted = tenant.insert_mesh(triangle().into(), source("v"), None, json!({})).await.unwrap();
                 assert_eq!(inserted.1, new, "{}", tenant.tenant());
                 ids.push(inserted.0.id);
             }

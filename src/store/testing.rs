@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
+use bytes::Bytes;
 use tempfile::TempDir;
 
 use super::database::testing::Schema;
-use super::{BlobUrl, Config, Room, Store};
+use super::{BlobUrl, Config, Room, Source, Store};
 
 /// A node that has nothing to do yet.
 pub(crate) const ALL: Room = Room { memory: u64::MAX, alone: true };
@@ -56,6 +57,11 @@ pub(crate) async fn fresh_shared() -> Option<(Place, Store)> {
     let place = shared_place().await?;
     let store = place.open().await;
     Some((place, store))
+}
+
+/// An upload of these bytes.
+pub(crate) fn source(bytes: &'static str) -> Source {
+    Source { bytes: Bytes::from(bytes), media_type: "model/obj".to_owned(), parameters: String::new() }
 }
 
 /// Carries out a test with SQLite, and with PostgreSQL where one answers.

@@ -12,8 +12,8 @@ use crate::numerics::Watch;
 use crate::pipeline::Settings;
 use crate::posing::request::PoseRequest;
 use crate::spectral::Boundary;
-use crate::store::testing::{ALL, Place, fresh, make_rests_short};
-use crate::store::{Job, Kind, NewJob, Places, Source, SpectrumKey, State, Submitted};
+use crate::store::testing::{ALL, Place, fresh, make_rests_short, source};
+use crate::store::{Job, Kind, NewJob, Places, SpectrumKey, State, Submitted};
 
 const MATCH: &str = Settings::NAME;
 const SPECTRUM: &str = Decomposition::NAME;
@@ -181,7 +181,7 @@ async fn a_refusal_is_final_and_a_mishap_is_tried_again() {
 #[tokio::test]
 async fn a_job_that_takes_more_than_is_free_waits_for_those_that_run() {
     let running = Running::with(Config { workers: 2, memory: 0, ..Config::default() }, as_told).await;
-    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), source(""), None, json!({})).await.unwrap();
     let places = Places { queue: 9, of_kind: 9 };
     let mut ids = Vec::new();
     for payload in ["\"go on\"", "1"] {
@@ -319,14 +319,10 @@ fn octahedron() -> TriangleMesh {
     TriangleMesh::new(positions, [top, bottom].concat()).unwrap()
 }
 
-fn of_no_file() -> Source {
-    Source { bytes: Bytes::new(), media_type: "model/obj".to_owned(), parameters: String::new() }
-}
-
 #[tokio::test]
 async fn a_spectrum_is_computed_and_kept() {
     let running = Running::for_real().await;
-    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), source(""), None, json!({})).await.unwrap();
     let task = Decomposition { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
     let job = running.submit_of(SPECTRUM, json!(task)).await;
     running.reaches(&job, State::Succeeded).await;
@@ -343,7 +339,7 @@ async fn a_spectrum_is_computed_and_kept() {
 #[tokio::test]
 async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
     let running = Running::for_real().await;
-    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), source(""), None, json!({})).await.unwrap();
     let too_long = Decomposition { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
     let nobody = Decomposition { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
     for (task, reason) in [(too_long, "7 eigenfunctions"), (nobody, "no mesh mesh_nobody")] {
@@ -358,7 +354,7 @@ async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
 #[tokio::test]
 async fn a_pose_of_a_match_that_is_gone_is_refused_with_the_reason() {
     let running = Running::for_real().await;
-    let (shape, _) = running.store.insert_mesh(octahedron().into(), of_no_file(), None, json!({})).await.unwrap();
+    let (shape, _) = running.store.insert_mesh(octahedron().into(), source(""), None, json!({})).await.unwrap();
     let request = PoseRequest { matching: "gone".to_owned(), ..PoseRequest::default() };
     let task = Posing { request, mesh: shape.id, sketch: "sketch_nobody".to_owned() };
     let job = running.submit_of(Posing::NAME, json!(task)).await;

@@ -10,7 +10,7 @@ use crate::mesh::formats::{Format, Limits};
 use crate::mesh::solids::star;
 use crate::mesh::validation::import;
 use crate::sketch::YAxis;
-use crate::store::testing::{ALL, fresh, on_every_database, open};
+use crate::store::testing::{ALL, fresh, on_every_database, open, source};
 use crate::store::{NewJob, Places, Source, Submitted};
 
 /// A unit square in two triangles, and a vertex of no triangle, moved by `x`.
@@ -22,10 +22,6 @@ fn square(x: f64) -> FileMesh {
 fn drawing(y_axis: YAxis) -> Sketch {
     let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0]];
     Sketch::new(TriangleMesh::new(positions, vec![[0, 1, 2]]).unwrap(), y_axis).unwrap()
-}
-
-fn source(bytes: &'static str) -> Source {
-    Source { bytes: Bytes::from(bytes), media_type: "model/obj".to_owned(), parameters: String::new() }
 }
 
 async fn blobs(store: &Store, folder: &str) -> usize {
