@@ -2,21 +2,21 @@
 
 use faer::{Mat, MatRef};
 
-use super::points;
+use super::{REACH, points};
 use crate::mesh::TriangleMesh;
 use crate::mesh::geodesics::Marching;
-use crate::numerics::{Cancelled, Unwatched, Watch};
-
-/// How far along the surface a point answers for the mesh round it, in units of √area: as far as pictures colour it.
-const REACH: f64 = 0.12;
+use crate::numerics::{Cancelled, Watch};
 
 /// For every vertex of the mesh the place among `answers`, which are vertices of it, of the nearest along the surface, of equals
-/// the first; none beyond 0.12 √area.
+/// the first; none beyond [`REACH`].
+///
+/// # Errors
+/// [`Cancelled`] by the watcher.
 ///
 /// # Panics
 /// Where an answer is not a vertex of the mesh.
-pub fn of_points(mesh: &TriangleMesh, answers: &[u32]) -> Vec<Option<usize>> {
-    Marching::new(mesh).cells_within(answers, REACH * mesh.area().sqrt(), &Unwatched).expect("nobody says stop")
+pub fn of_points(mesh: &TriangleMesh, answers: &[u32], watch: &dyn Watch) -> Result<Vec<Option<usize>>, Cancelled> {
+    Marching::new(mesh).cells_within(answers, REACH * mesh.area().sqrt(), watch)
 }
 
 /// For every vertex y of the mesh argmin_x ‖C φ(x) − ψ(y)‖: the nearest neighbour of row y of Ψ (n × l) among the columns of
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn the_nearest_answer_is_found_along_the_surface() {
         let mesh = sheet(20, 20);
-        let found = of_points(&mesh, &[0, 5, 0]);
+        let found = of_points(&mesh, &[0, 5, 0], &Unwatched).unwrap();
         assert_eq!((found[0], found[1], found[4], found[5], found[10]), (Some(0), Some(0), Some(1), Some(1), None));
     }
 

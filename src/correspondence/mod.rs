@@ -12,6 +12,10 @@ pub mod zoomout;
 
 use faer::{Mat, MatRef};
 
+/// How far along the surface a point answers for the mesh round it, in units of √area: pictures colour it, labels and functions are
+/// taken over and regions carried as far.
+pub const REACH: f64 = 0.12;
+
 /// The functional map of a point map, Σ_x m(x) ψ(T(x)) φ(x)ᵀ (l × k): a unit mass at x goes to a unit mass at T(x).
 ///
 /// Among all C it minimises Σ_x m(x) ‖C φ(x) − ψ(T(x))‖², Φ being orthonormal with respect to `mass` (m).

@@ -1,15 +1,13 @@
 //! Corresponding regions made of a truth, in place of a hand that pairs them.
 
 use super::truth::Truth;
+use crate::correspondence::inverse;
 use crate::mesh::TriangleMesh;
 use crate::mesh::farthest_points::FarthestPoints;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::geodesics::Marching;
 use crate::numerics::Unwatched;
 use crate::regions::Regions;
-
-/// How far from a true vertex the mesh is in its region, in units of √area.
-const REACH: f64 = 0.12;
 
 /// Labels of the vertices of a sketch and of a mesh's file: `count` geodesic cells of the truth's points, whose
 /// seeds are the point that is farthest from another and then the farthest from those before. `at` are the places of the sketch's
@@ -42,10 +40,7 @@ pub fn of_truth(
         vertices.filter_map(|(point, &vertex)| Some((point, mesh.sound_vertices(u32::try_from(vertex).ok()?).next()?)))
     };
     let (points, sources): (Vec<usize>, Vec<u32>) = variants.iter().flat_map(known).unzip();
-    let surface = mesh.sound();
-    let near = Marching::new(surface)
-        .cells_within(&sources, REACH * surface.area().sqrt(), &Unwatched)
-        .expect("nobody says stop");
+    let near = inverse::of_points(mesh.sound(), &sources, &Unwatched).expect("nobody says stop");
     let of_file = |vertex: u32| mesh.sound_vertices(vertex).next().and_then(|own| near[own as usize]);
     let solid = (0..mesh.positions().len() as u32).map(|v| labelled(of_file(v).map(|source| points[source]))).collect();
     [sketch, solid]

@@ -4,11 +4,10 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::colour::Colour;
+use crate::correspondence::REACH;
 use crate::geometry::{length, subtract};
 use crate::mesh::TriangleMesh;
 
-/// How far along the surface a colour spreads from the vertex that was answered, in units of √area.
-const REACH: f64 = 0.12;
 /// The share of the reach from which colours fade.
 const FADING: f64 = 0.6;
 /// Rounds in which the seams between the colours of two answers are softened.
@@ -23,7 +22,7 @@ pub fn plain() -> Colour {
 }
 
 /// A colour for every vertex of the mesh: of one that is answered the mean of the colours of those that answer it, of
-/// others that of the nearest such vertex along the edges, softened, and farther off than 0.12 √area light grey.
+/// others that of the nearest such vertex along the edges, softened, and farther off than [`REACH`] light grey.
 ///
 /// `answers` are vertices of the mesh and the colours they get.
 ///

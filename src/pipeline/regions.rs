@@ -4,11 +4,11 @@ use super::aligned::Aligned;
 use super::outcome::PairedRegions;
 use super::request::Regions as Method;
 use super::{Fault, MatchError, Settings};
+use crate::correspondence::inverse;
 use crate::descriptors::{global_point_signature, heat_kernel, projection, wave_kernel};
 use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
-use crate::mesh::geodesics::Marching;
 use crate::numerics::{Cancelled, Watch};
 use crate::regions::graph::RegionGraph;
 use crate::regions::pairing::{RegionPair, pair};
@@ -18,8 +18,6 @@ use crate::spectral::Spectrum;
 /// Dimensions of the global point signature that shapes are segmented in: the lowest tell limbs, the higher only
 /// bumps.
 const SIGNATURE: usize = 7;
-/// How far from every aligned point a vertex of the mesh is in no region, in units of √area.
-const REACH: f64 = 0.12;
 /// Heat and wave components that regions are compared by.
 const COMPONENTS: usize = 8;
 /// Bands of the wave components, in spacings: few components, so narrow ones.
@@ -96,8 +94,7 @@ impl Correspondence {
 /// in none where there is none within reach.
 fn carried(sketch: &Regions, mesh: &TriangleMesh, aligned: &Aligned, watch: &dyn Watch) -> Result<Regions, MatchError> {
     watch.proceed(0.0)?;
-    let images = &aligned.alignment.map;
-    let cells = Marching::new(mesh).cells_within(images, REACH * mesh.area().sqrt(), watch)?;
+    let cells = inverse::of_points(mesh, &aligned.alignment.map, watch)?;
     let label = |cell: Option<usize>| cell.map_or(Regions::NONE, |x| sketch.labels()[x]);
     let labels = cells.into_iter().map(label).collect();
     Ok(Regions::new(labels).expect("the labels are those of the sketch's regions"))

@@ -3,6 +3,7 @@
 use super::request::{Moved, Values};
 use crate::correspondence::inverse;
 use crate::mesh::file_mesh::FileMesh;
+use crate::numerics::Unwatched;
 use crate::regions::Regions;
 
 /// What is given at the vertices that these places name.
@@ -23,7 +24,7 @@ pub fn inverse(mesh: &FileMesh, answers: &[u32], m: usize) -> Vec<Option<usize>>
     let on_mesh = answers.iter().enumerate();
     let (places, sources): (Vec<usize>, Vec<u32>) =
         on_mesh.filter_map(|(i, &answer)| Some((i % m, mesh.sound_vertices(answer).next()?))).unzip();
-    let found = inverse::of_points(mesh.sound(), &sources);
+    let found = inverse::of_points(mesh.sound(), &sources, &Unwatched).expect("nobody says stop");
     let of_file = 0..mesh.positions().len() as u32;
     of_file.map(|v| Some(places[found[mesh.sound_vertices(v).next()? as usize]?])).collect()
 }
