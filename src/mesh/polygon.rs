@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use crate::geometry::{cross, dot, length, subtract};
+use crate::geometry::{cross, dot, doubled_area, length, subtract};
 
 /// Twice the area below which a triangle counts as flat, in a polygon scaled to unit size.
 const FLAT: f64 = 1e-12;
@@ -114,11 +114,6 @@ fn axes(normal: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     (x, cross(normal, x))
 }
 
-/// Twice the signed area of a triangle.
-fn turn(a: Point, b: Point, c: Point) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
 fn squared_distance(a: Point, b: Point) -> f64 {
     (b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)
 }
@@ -130,7 +125,7 @@ fn quad(points: &[Point]) -> Option<Vec<[usize; 3]>> {
     }
     let cuts = [([0, 2], [[0, 1, 2], [0, 2, 3]]), ([1, 3], [[1, 2, 3], [1, 3, 0]])];
     cuts.into_iter()
-        .filter(|(_, halves)| halves.iter().all(|&[a, b, c]| turn(points[a], points[b], points[c]) > FLAT))
+        .filter(|(_, halves)| halves.iter().all(|corners| doubled_area(corners.map(|i| points[i])) > FLAT))
         .map(|([a, b], halves)| (squared_distance(points[a], points[b]), halves))
         .min_by(|(a, _), (b, _)| a.total_cmp(b))
         .map(|(_, halves)| halves.to_vec())
@@ -188,16 +183,15 @@ impl Ring<'_> {
     }
 
     fn turn(&self, i: usize) -> f64 {
-        let [a, b, c] = self.corner(i).map(|i| self.points[i]);
-        turn(a, b, c)
+        doubled_area(self.corner(i).map(|i| self.points[i]))
     }
 
     /// How well the corner would be cut off: area over squared edges, 0 or less where it is no ear.
     fn ear(&self, corner: usize) -> Ear {
         let [a, b, c] = self.corner(corner).map(|i| self.points[i]);
-        let area = turn(a, b, c);
+        let area = doubled_area([a, b, c]);
         let quality = area / (squared_distance(a, b) + squared_distance(b, c) + squared_distance(c, a));
-        let covers = |p: Point| turn(a, b, p) >= -FLAT && turn(b, c, p) >= -FLAT && turn(c, a, p) >= -FLAT;
+        let covers = |p: Point| [[a, b, p], [b, c, p], [c, a, p]].into_iter().all(|t| doubled_area(t) >= -FLAT);
         let others = self.wrong.iter().filter(|&&i| self.cuts[i] != GONE).map(|&i| self.points[i]);
         // The two banks of a bridge stand at one place.
         let covering = self.is_looked_at && others.filter(|p| ![a, b, c].contains(p)).any(covers);
@@ -260,7 +254,8 @@ mod tests {
     }
 
     fn shoelace(outline: &[Point]) -> f64 {
-        (0..outline.len()).map(|i| turn([0.0; 2], outline[i], outline[(i + 1) % outline.len()])).sum::<f64>() / 2.0
+        (0..outline.len()).map(|i| doubled_area([[0.0; 2], outline[i], outline[(i + 1) % outline.len()]])).sum::<f64>()
+            / 2.0
     }
 
     /// That the triangles all wind as the outline does and together have its area: they cover it and nothing else.

@@ -1,6 +1,7 @@
 //! One of the figures of a picture: coloured triangles and lines, placed.
 
 use super::colour::Colour;
+use crate::geometry::doubled_area;
 
 /// A rectangle of whole pixels in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,8 +46,8 @@ impl Placement {
 impl Figure {
     /// Twice the area of a triangle as it is seen, negative where it turns clockwise to the viewer.
     pub fn doubled_area(&self, triangle: usize) -> f64 {
-        let [a, b, c] = self.triangles[triangle].map(|v| self.points[v as usize]);
+        let [a, b, c] = self.triangles[triangle].map(|v| self.points[v as usize]).map(|[x, y, _]| [x, y]);
         // y points down.
-        (b[1] - a[1]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[1] - a[1])
+        doubled_area([a, c, b])
     }
 }

@@ -21,6 +21,7 @@ mod untangling;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::geometry::doubled_area;
 use crate::mesh::TriangleMesh;
 use crate::mesh::connectivity::largest_component;
 use outline::{Drawing, Figure};
@@ -130,7 +131,11 @@ impl Sketch {
         if let Some(vertex) = mesh.positions().iter().position(|p| p[2] != 0.0) {
             return Err(Refusal::plain(format!("vertex {vertex} does not lie in the plane z = 0")));
         }
-        if let Some(triangle) = mesh.triangles().iter().position(|&t| doubled_area(&mesh, t) <= 0.0) {
+        let flat = |v: u32| {
+            let [x, y, _] = mesh.positions()[v as usize];
+            [x, y]
+        };
+        if let Some(triangle) = mesh.triangles().iter().position(|t| doubled_area(t.map(flat)) <= 0.0) {
             return Err(Refusal::plain(format!("triangle {triangle} is not counter-clockwise")));
         }
         if largest_component(&mesh).vertices.len() < mesh.positions().len() {
@@ -314,12 +319,6 @@ fn of_figure(figure: &Figure, target_vertices: usize, y_axis: YAxis) -> Result<(
     let mesh = TriangleMesh::new(positions, flat.triangles)
         .map_err(|error| Refusal::plain(format!("the figure is too thin to be triangulated: {error}")))?;
     Ok((Sketch::new(mesh, y_axis)?, warnings))
-}
-
-/// Twice the signed area of a triangle in the plane.
-fn doubled_area(mesh: &TriangleMesh, triangle: [u32; 3]) -> f64 {
-    let [a, b, c] = triangle.map(|v| mesh.positions()[v as usize]).map(|[x, y, _]| [x, y]);
-    ring::cross(ring::difference(b, a), ring::difference(c, a))
 }
 
 #[cfg(test)]
