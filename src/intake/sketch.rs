@@ -7,11 +7,10 @@ use utoipa::ToSchema;
 
 use super::json::{self, is_json, without_mark};
 use super::{Cause, Fault, Untaken, svg_reader, warnings};
-use crate::sketch::foreign;
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{
     Canvas, Choice, Config, DEFAULT_TARGET_VERTICES, Imported, Refusal, SeenFigure, Warning, canvas_of_picture,
-    canvas_of_svg, from_outline, from_picture, from_svg, picture_memory,
+    canvas_of_svg, foreign, from_outline, from_picture, from_svg, gzip, picture_memory,
 };
 
 #[derive(Debug, Serialize, Deserialize, ToSchema)]
@@ -39,10 +38,6 @@ impl SketchMeasures {
 
 /// Bytes of memory per byte of a drawing that is text: an SVG of many short elements takes most.
 const MEMORY_OF_TEXT: usize = 32;
-
-/// How an SVG compressed with gzip begins, and the most bytes that one of it can stand for.
-const COMPRESSED: &[u8] = b"\x1f\x8b";
-const MOST_PACKED: usize = 1032;
 
 /// The kinds of drawing that are understood.
 #[derive(Clone, Copy)]
@@ -96,7 +91,7 @@ fn sniffed(bytes: &[u8]) -> Option<Drawing> {
     match without_mark(bytes).trim_ascii_start() {
         [b'{', ..] => Some(Drawing::Outline),
         [b'<', ..] => Some(Drawing::Svg),
-        start if start.starts_with(COMPRESSED) => Some(Drawing::Svg),
+        start if gzip::is_packed(start) => Some(Drawing::Svg),
         [0x89, b'P', b'N', b'G', ..] => Some(Drawing::Png),
         [0xff, 0xd8, 0xff, ..] => Some(Drawing::Jpeg),
         _ => None,
@@ -114,14 +109,10 @@ pub fn memory(bytes: &[u8], kind: Drawing, config: &Config) -> Result<usize, Unt
             let limit = config.max_document_bytes;
             Err(Untaken::of(Cause::TooLarge, format!("the body is larger than the {limit} bytes allowed here")))
         }
-        Drawing::Outline | Drawing::Svg => Ok(unpacked(bytes, config).saturating_mul(MEMORY_OF_TEXT)),
+        Drawing::Outline | Drawing::Svg => {
+            Ok(gzip::most_unpacked(bytes).min(config.max_document_bytes).saturating_mul(MEMORY_OF_TEXT))
+        }
     }
-}
-
-/// Bytes of a drawing that is text, at most: of one that is compressed, as many as it may become.
-fn unpacked(bytes: &[u8], config: &Config) -> usize {
-    let times = if bytes.starts_with(COMPRESSED) { MOST_PACKED } else { 1 };
-    bytes.len().saturating_mul(times).min(config.max_document_bytes)
 }
 
 /// The sketch in a drawing of this kind, with so many vertices and of the figure of this number; an SVG is read by a

@@ -8,6 +8,7 @@ mod arrangement;
 mod exchange;
 mod eyes;
 pub mod foreign;
+pub mod gzip;
 pub mod outline;
 mod picture;
 mod reading;

@@ -5,10 +5,8 @@ use std::io::Read;
 
 use flate2::read::GzDecoder;
 
+use crate::sketch::gzip;
 use crate::sketch::refusal::Refusal;
-
-/// How what is compressed with gzip begins: an SVG is, under the name of `.svgz`.
-const COMPRESSED: &[u8] = b"\x1f\x8b";
 
 /// The bytes of a document, unpacked where it is compressed.
 ///
@@ -19,7 +17,7 @@ pub(super) fn unpacked(bytes: &[u8], most: usize) -> Result<Cow<'_, [u8]>, Refus
     if found > most {
         return Err(Refusal::plain(format!("the SVG has {found} bytes; at most {most} are taken")));
     }
-    if !bytes.starts_with(COMPRESSED) {
+    if !gzip::is_packed(bytes) {
         return Ok(Cow::Borrowed(bytes));
     }
     let mut unpacked = Vec::new();
