@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef};
 
+use super::bases::{ASKED_BY, at_unit_area, both};
 use super::constraints::{Constraints, Points, count, each, given};
 use super::outcome::MatchResult;
 use super::regions::Correspondence;
@@ -41,10 +42,8 @@ impl Inside {
         let settings = &result.request;
         let figure = figure::matched(mesh, settings)?;
         let (k, l, boundary) = (settings.basis.k, settings.basis.k_mesh, settings.basis.boundary);
-        let phi = spectra.spectrum(sketch.mesh(), k, boundary, watch);
-        let phi = phi.map_err(|error| MatchError::of_spectrum("sketch", "/basis/k", error))?.at_unit_area(k);
-        let psi = spectra.spectrum(&figure.mesh, l, boundary, watch);
-        let psi = psi.map_err(|error| MatchError::of_spectrum("mesh", "/basis/k_mesh", error))?.at_unit_area(l);
+        let both = both(spectra, (sketch, &figure), [k, l], boundary, ASKED_BY, watch)?;
+        let [phi, psi] = at_unit_area(&both, [k, l]);
         let scaled: Vec<f64> = psi.eigenvalues.iter().map(|l| result.intermediate.spectral_scale * l).collect();
         let landmarks = landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
+use super::bases::{ASKED_BY, at_unit_area, both};
 use super::constraints::{Constraints, Points as AlignedPoints, given, spectral_scale};
 use super::figure::Chosen;
 use super::map::{Energy, Mapped, Together};
@@ -214,20 +215,9 @@ fn spectra(
     watch: &dyn Watch,
 ) -> Result<[Arc<Spectrum>; 2], MatchError> {
     let (k, l) = upsampled(settings);
-    let boundary = settings.basis.boundary;
-    let source = surroundings.spectra;
     let upsampled = (k, l) != (settings.basis.k, settings.basis.k_mesh);
-    let [of_k, of_l] = if upsampled { ["/refinement/k"; 2] } else { ["/basis/k", "/basis/k_mesh"] };
-    let phi = source.spectrum(sketch.mesh(), k, boundary, watch);
-    let phi = phi.map_err(|error| MatchError::of_spectrum("sketch", of_k, error))?;
-    let psi = source.spectrum(&figure.mesh, l, boundary, watch);
-    let psi = psi.map_err(|error| MatchError::of_spectrum("mesh", of_l, error))?;
-    Ok([phi, psi])
-}
-
-/// The first pairs of both spectra, as many as told, with both shapes at area 1.
-fn at_unit_area([sketch, mesh]: &[Arc<Spectrum>; 2], [k, l]: [usize; 2]) -> [Spectrum; 2] {
-    [sketch.at_unit_area(k), mesh.at_unit_area(l)]
+    let asked_by = if upsampled { ["/refinement/k"; 2] } else { ASKED_BY };
+    both(surroundings.spectra, (sketch, figure), [k, l], settings.basis.boundary, asked_by, watch)
 }
 
 /// The refined map, the vertex of the figure for every vertex of the sketch, and how far each is to be trusted.
