@@ -20,10 +20,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use super::unread;
-
-/// How long open connections may go on after the order to stop, as long as running jobs: all ends within the 10 s that
-/// `docker stop` waits.
-const GRACE: Duration = Duration::from_secs(6);
+use crate::jobs::GRACE;
 
 /// Open files that connections leave to the database, the blobs, the workers and the log.
 const KEPT_DESCRIPTORS: usize = 128;

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use super::App;
+use super::memory::LARGEST_ANSWER;
 use super::pictures::{GLB, PNG, width};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
@@ -15,9 +16,6 @@ use crate::descriptors::functions::{Kind as Function, Sampling};
 use crate::export::functions;
 use crate::spectral::Boundary;
 use crate::store::Kind;
-
-/// Bytes of functions in one answer.
-const LARGEST_ANSWER: usize = 1 << 30;
 
 /// Times or energies at most.
 const MOST_COMPONENTS: usize = 1000;

@@ -40,7 +40,7 @@ const POLICY: HeaderName = HeaderName::from_static("ratelimit-policy");
 const LIMIT: HeaderName = HeaderName::from_static("ratelimit");
 
 /// Seconds after which to ask again whether something of a tenant's has ended, gone, or grown old.
-const LOOK_AGAIN: u32 = 30;
+const UNTIL_THERE_IS_ROOM: u32 = 30;
 
 impl Pace {
     pub fn new(per_second: NonZeroU32) -> Pace {
@@ -92,7 +92,7 @@ impl App {
         }
         let turn = self.store.turn(TAKING).await;
         let usage = self.store.usage().await?;
-        let spent = |detail: String| Err(Problem::too_many(detail, LOOK_AGAIN));
+        let spent = |detail: String| Err(Problem::too_many(detail, UNTIL_THERE_IS_ROOM));
         if let Some(most) = queued_jobs.filter(|most| usage.queued.saturating_add(jobs) > *most) {
             return spent(format!("up to {most} jobs of one tenant wait"));
         }

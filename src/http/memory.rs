@@ -19,6 +19,9 @@ const COPIES_READ: usize = 3;
 /// Copies of numbers that are answered: as they are computed, in the order of the file, as bytes, and in the file they make.
 const COPIES_WRITTEN: usize = 4;
 
+/// Bytes of functions in one answer.
+pub const LARGEST_ANSWER: usize = 1 << 30;
+
 /// The bytes it takes to read a shape and to answer by it, about.
 pub fn of_shape(shape: &Shape) -> usize {
     shape.vertices.saturating_mul(PER_VERTEX).saturating_add(shape.triangles.saturating_mul(PER_TRIANGLE))

@@ -15,7 +15,7 @@ use super::problem::Problem;
 use crate::access::Tenant;
 
 /// Seconds after which to ask again whether a request of a tenant's has ended.
-const LOOK_AGAIN: u32 = 5;
+const UNTIL_ONE_ENDS: u32 = 5;
 
 /// Counts the requests of every tenant that are under way, from their headers to the end of their answers.
 pub struct OpenRequests {
@@ -50,7 +50,7 @@ impl OpenRequests {
     pub fn exceeded(&self) -> Problem {
         let detail =
             format!("up to {} requests of one tenant are under way at a time, streams of events among them", self.most);
-        Problem::too_many(detail, LOOK_AGAIN)
+        Problem::too_many(detail, UNTIL_ONE_ENDS)
     }
 
     fn open(&self) -> MutexGuard<'_, HashMap<Tenant, u64>> {

@@ -12,9 +12,11 @@ use utoipa::{IntoParams, ToSchema};
 use super::App;
 use super::held::Held;
 use super::job_document::{Progress, Status};
+use super::memory::LARGEST_ANSWER;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
+use super::resource::LOOK_AGAIN;
 use super::{memory, paths, shapes};
 use crate::export::{Unwritten, spectrum};
 use crate::jobs::{Decomposition, Task};
@@ -27,9 +29,6 @@ const DEFAULT_EIGENPAIRS: usize = 20;
 
 /// How long a failed decomposition is answered before it is tried anew.
 const FAILURE_STANDS: Duration = Duration::from_secs(600);
-
-/// Bytes of eigenfunctions in one answer.
-const LARGEST_ANSWER: usize = 1 << 30;
 
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -237,7 +236,7 @@ impl Asked {
             status: job.state.into(),
             progress: Progress { stage: job.stage, fraction: job.fraction },
         };
-        let headers = [(header::LOCATION, location), (header::RETRY_AFTER, HeaderValue::from(1))];
+        let headers = [(header::LOCATION, location), (header::RETRY_AFTER, HeaderValue::from(LOOK_AGAIN))];
         Ok((StatusCode::ACCEPTED, headers, Json(document)).into_response())
     }
 }

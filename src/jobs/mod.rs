@@ -15,6 +15,8 @@ mod progress;
 mod shapes;
 mod waiting;
 
+use std::time::Duration;
+
 pub use bench::Bench;
 pub use caches::Caches;
 pub use decomposition::Decomposition;
@@ -24,6 +26,10 @@ pub use posing::Posing;
 pub use progress::Progress;
 
 use crate::pipeline::Settings;
+
+/// How long running jobs, and the requests that may wait for them, may go on after the order to stop: with what follows it fits the
+/// 10 s that `docker stop` waits.
+pub const GRACE: Duration = Duration::from_secs(6);
 
 /// Every kind of job there is; of those whose turn it is the first comes first.
 pub static KINDS: [Kind; 3] = [Kind::of::<Settings>(), Kind::of::<Posing>(), Kind::of::<Decomposition>()];

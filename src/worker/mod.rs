@@ -23,7 +23,7 @@ use tokio::time::{sleep, timeout};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use crate::jobs::{self, Bench, Failure, Outcome, Progress};
+use crate::jobs::{self, Bench, Failure, GRACE, Outcome, Progress};
 use crate::store::{self, Gone, LEASE, Lease, Retention, Store};
 use crate::webhooks::{Caller, Hosts};
 use admission::Admission;
@@ -39,9 +39,6 @@ const SWEEP: Duration = Duration::from_secs(3600);
 
 /// How often what was kept for its time is looked for: what is temporary goes within this of its end.
 const LET_GO: Duration = Duration::from_secs(60);
-
-/// How long running jobs may go on after the stop: with what follows it fits the 10 s that `docker stop` waits.
-const GRACE: Duration = Duration::from_secs(6);
 
 /// How the worker behaves.
 #[derive(Clone, Debug)]
