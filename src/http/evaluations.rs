@@ -7,11 +7,11 @@ use axum::response::Response;
 use bytes::Bytes;
 
 use super::body::JsonBody;
-use super::pictures::{AnswerQuery, PNG, SVG, no_alternative};
+use super::media_types::{CSV, JSON, PNG, SVG};
+use super::pictures::{AnswerQuery, no_alternative};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, Wanted};
-use super::results::CSV;
+use super::representation::Wanted;
 use super::{App, resource, shapes};
 use crate::evaluation::{Evaluation, Known};
 use crate::export::{Unwritten, evaluation};

@@ -12,14 +12,12 @@ use tokio::sync::OnceCell;
 use utoipa::ToSchema;
 
 use super::App;
-use super::pictures::{PNG, SVG};
+use super::media_types::{JSON, OBJ, OCTETS, PNG, SVG};
 use super::problem::Problem;
 use super::query::Id;
-use super::representation::{JSON, OCTETS, Wanted};
+use super::representation::Wanted;
 use crate::example::{Creature, Unmade, VERTICES, drawing, obj};
 use crate::sketch::outline::OutlineRequest;
-
-const OBJ: &str = "model/obj";
 
 /// A creature to try the service with.
 #[derive(Debug, Serialize, ToSchema)]

@@ -14,6 +14,7 @@ use axum::routing::get;
 use bytes::Bytes;
 use rust_embed::Embed;
 
+use super::media_types::{OCTETS, SVG};
 use super::problem::Problem;
 use super::query::Id;
 use super::representation::Wanted;
@@ -118,8 +119,8 @@ fn media_type(name: &str) -> &'static str {
     match name.rsplit_once('.').map(|(_, ending)| ending) {
         Some("js") => "text/javascript; charset=utf-8",
         Some("css") => "text/css; charset=utf-8",
-        Some("svg") => "image/svg+xml",
-        _ => "application/octet-stream",
+        Some("svg") => SVG,
+        _ => OCTETS,
     }
 }
 

@@ -6,11 +6,12 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use super::App;
+use super::media_types::{GLB, NPY, OCTETS, PNG, SAFETENSORS};
 use super::memory::LARGEST_ANSWER;
-use super::pictures::{GLB, PNG, width};
+use super::pictures::width;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{NPY, OCTETS, SAFETENSORS, Wanted};
+use super::representation::Wanted;
 use super::spectra::{Asked, Decomposed, Found};
 use crate::descriptors::functions::{Kind as Function, Sampling};
 use crate::export::functions;

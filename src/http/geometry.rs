@@ -4,10 +4,10 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use bytes::Bytes;
 
-use super::pictures::GLB;
+use super::media_types::{GLB, JSON, NPY, SAFETENSORS};
 use super::problem::Problem;
 use super::query::Id;
-use super::representation::{JSON, NPY, SAFETENSORS, Wanted};
+use super::representation::Wanted;
 use super::{App, shapes};
 use crate::export::Unwritten;
 use crate::export::geometry::{Coordinates, Geometry};

@@ -8,6 +8,7 @@ use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 
+use super::media_types::JSON;
 use super::problem::{Fault, Problem};
 use crate::store::{Remembered, Store};
 
@@ -49,7 +50,7 @@ impl Answer {
 
 impl IntoResponse for Answer {
     fn into_response(self) -> Response {
-        let mut response = (self.status, [(header::CONTENT_TYPE, "application/json")], self.body).into_response();
+        let mut response = (self.status, [(header::CONTENT_TYPE, JSON)], self.body).into_response();
         let location = self.location.and_then(|location| HeaderValue::try_from(location).ok());
         response.headers_mut().extend(location.map(|location| (header::LOCATION, location)));
         response

@@ -6,9 +6,10 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use bytes::Bytes;
 
+use super::media_types::{OCTETS, SAFETENSORS};
 use super::problem::Problem;
 use super::query::Id;
-use super::representation::{OCTETS, SAFETENSORS, Wanted};
+use super::representation::Wanted;
 use super::transfers::{Matched, outcome};
 use super::{App, memory, resource};
 use crate::export::inside;

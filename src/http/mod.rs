@@ -23,6 +23,7 @@ mod job_document;
 pub mod limits;
 mod links;
 mod matches;
+mod media_types;
 mod memory;
 mod meshes;
 mod observation;

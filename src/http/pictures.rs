@@ -9,18 +9,15 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use utoipa::{IntoParams, ToSchema};
 
+use super::media_types::{GLB, OCTETS, PNG, SVG};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{OCTETS, Wanted};
+use super::representation::Wanted;
 use super::{App, resource, shapes};
 use crate::export::functional_map;
 use crate::export::picture::{self, Form, Look};
 use crate::picture::{WIDTH, WIDTHS};
 use crate::pipeline::Settings;
-
-pub(super) const PNG: &str = "image/png";
-pub(super) const SVG: &str = "image/svg+xml";
-pub(super) const GLB: &str = "model/gltf-binary";
 
 /// How the picture of a match is to be.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]

@@ -9,7 +9,8 @@ use bytes::Bytes;
 use serde::Deserialize;
 use utoipa::IntoParams;
 
-use super::pictures::{PictureFormat, SVG, wanted, width};
+use super::media_types::SVG;
+use super::pictures::{PictureFormat, wanted, width};
 use super::problem::Problem;
 use super::query::{Id, Query};
 use super::{App, shapes};

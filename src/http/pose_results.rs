@@ -9,22 +9,19 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use utoipa::IntoParams;
 
-use super::pictures::{GLB, PNG, width};
+use super::media_types::{GLB, GLTF, JSON, OBJ, OCTETS, PNG, SAFETENSORS};
+use super::pictures::width;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, OCTETS, SAFETENSORS, Wanted};
+use super::representation::Wanted;
 use super::{App, memory, resource, shapes};
 use crate::export::pose;
 use crate::jobs::Posing;
-use crate::mesh::formats::Format;
 use crate::picture::WIDTH;
 use crate::pipeline::Settings;
 use crate::posing::basis as of_handles;
 use crate::posing::outcome::{HandleWeights, PoseResult};
 use crate::store::Kind;
-
-const OBJ: &str = Format::Obj.media_type();
-const GLTF: &str = Format::Gltf.media_type();
 
 /// Which frame is answered.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]

@@ -6,10 +6,10 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use super::App;
-use super::pictures::GLB;
+use super::media_types::{GLB, NPY, OCTETS};
 use super::problem::Problem;
 use super::query::{Id, Query};
-use super::representation::{NPY, OCTETS, Wanted};
+use super::representation::Wanted;
 use super::spectra::{Asked, Decomposed, Found};
 use crate::export::functions;
 use crate::spectral::{Boundary, rebuilt};

@@ -12,13 +12,6 @@ use super::App;
 use super::problem::{Fault, Problem};
 use super::turns::Line;
 
-pub const JSON: &str = "application/json";
-pub const NPY: &str = "application/x-npy";
-pub const SAFETENSORS: &str = "application/vnd.safetensors";
-
-/// Bytes of no said type, for clients that know no other kind of file; what they are is what the resource is first of all.
-pub const OCTETS: &str = "application/octet-stream";
-
 /// What the compressing layer leaves behind in the name of a compressed body.
 const COMPRESSED: &str = "gzip";
 

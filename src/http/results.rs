@@ -5,17 +5,15 @@ use axum::response::Response;
 use serde::Deserialize;
 use utoipa::IntoParams;
 
-use super::pictures::{self, GLB};
+use super::media_types::{CSV, GLB, JSON, NPY};
 use super::problem::Problem;
 use super::query::{Id, Query};
-use super::representation::{JSON, NPY, Wanted};
-use super::{App, resource};
+use super::representation::Wanted;
+use super::{App, pictures, resource};
 use crate::export::picture::Form;
 use crate::export::{correspondences, functional_map};
 use crate::pipeline::Settings;
 use crate::pipeline::outcome::MatchResult;
-
-pub(super) const CSV: &str = "text/csv";
 
 /// What is asked of a result.
 #[derive(Debug, Default, Deserialize, IntoParams)]

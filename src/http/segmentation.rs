@@ -7,10 +7,11 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::App;
 use super::functions::WIDTH;
-use super::pictures::{GLB, PNG, width};
+use super::media_types::{GLB, JSON, PNG};
+use super::pictures::width;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, Wanted};
+use super::representation::Wanted;
 use super::spectra::{Asked, Decomposed, Found};
 use crate::export::{Unwritten, functions};
 use crate::numerics::Unwatched;

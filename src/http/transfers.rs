@@ -11,10 +11,10 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::body::JsonBody;
 use super::held::Held;
-use super::pictures::GLB;
+use super::media_types::{GLB, JSON, NPY};
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
-use super::representation::{JSON, NPY, Wanted};
+use super::representation::Wanted;
 use super::{App, memory, resource, shapes};
 use crate::export::{Unwritten, transfer};
 use crate::intake::{json, sketch as drawings};
