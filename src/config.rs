@@ -14,7 +14,7 @@ use rustix::process::umask;
 
 use sketchmatch::access::WatchedFile;
 use sketchmatch::http::admission::Admission;
-use sketchmatch::http::limits::Limits;
+use sketchmatch::http::limits::TenantLimits;
 use sketchmatch::http::origin::Origin;
 use sketchmatch::store::{BlobUrl, DatabaseUrl, Store};
 use sketchmatch::webhooks::Host;
@@ -126,12 +126,12 @@ pub struct TenantOptions {
 
 impl TenantOptions {
     /// The limits where keys are asked for, or where all are one tenant.
-    pub fn limits(&self, admission: &Admission) -> Limits {
+    pub fn limits(&self, admission: &Admission) -> TenantLimits {
         let among_many = matches!(admission, Admission::Keyholders(_));
         let (requests, open, jobs) =
             if among_many { (REQUESTS_PER_SECOND, OPEN_REQUESTS, QUEUED_JOBS) } else { (0, 0, 0) };
         let some = |number: u64| (number > 0).then_some(number);
-        Limits {
+        TenantLimits {
             requests_per_second: NonZeroU32::new(self.tenant_requests_per_second.unwrap_or(requests)),
             open_requests: some(self.tenant_open_requests.unwrap_or(open)),
             queued_jobs: some(self.tenant_queued_jobs.unwrap_or(jobs)),
@@ -369,13 +369,13 @@ mod tests {
     #[test]
     fn tenants_are_limited_where_there_may_be_many() {
         let limits = |arguments: &[&str], admission| serve(arguments).tenants.limits(&admission);
-        assert_eq!(limits(&[], Admission::Anybody), Limits::default());
+        assert_eq!(limits(&[], Admission::Anybody), TenantLimits::default());
         let usual = limits(&[], Admission::Keyholders(None));
         assert_eq!((usual.requests_per_second, usual.queued_jobs), (NonZeroU32::new(100), Some(200)));
         assert_eq!(usual.open_requests, Some(200));
         assert_eq!((usual.stored_bytes, usual.cpu_per_hour), (None, None));
         let free = ["--tenant-requests-per-second", "0", "--tenant-open-requests", "0", "--tenant-queued-jobs", "0"];
-        assert_eq!(limits(&free, Admission::Keyholders(None)), Limits::default());
+        assert_eq!(limits(&free, Admission::Keyholders(None)), TenantLimits::default());
         let said = limits(&["--tenant-stored-bytes", "1GiB", "--tenant-cpu-seconds", "60"], Admission::Anybody);
         assert_eq!((said.stored_bytes, said.cpu_per_hour), (Some(1 << 30), Some(Duration::from_secs(60))));
     }

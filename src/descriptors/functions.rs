@@ -1,4 +1,4 @@
-//! Functions of a shape made of its eigenpairs, one by one or all of a kind, at its vertices.
+//! Functions of a shape made of its eigenpairs, one by one or all of a family, at its vertices.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::spectral::Spectrum;
 /// Which functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum Family {
     /// The eigenfunctions themselves, k of them.
     Eigenfunctions,
     /// The heat kernel signature at `count` times.
@@ -31,22 +31,22 @@ pub struct Sampling {
     pub variance: f64,
 }
 
-impl Kind {
+impl Family {
     /// How many functions there are of it for a spectrum of k pairs: no signature of the constant function alone.
     pub fn columns(self, spectrum: &Spectrum, sampling: Sampling) -> usize {
         match self {
-            Kind::Eigenfunctions => spectrum.len(),
-            Kind::HeatKernel | Kind::WaveKernel if first_positive(&spectrum.eigenvalues).is_none() => 0,
-            Kind::HeatKernel | Kind::WaveKernel => sampling.count,
-            Kind::GlobalPointSignature => global_point_signature::dimensions(spectrum),
+            Family::Eigenfunctions => spectrum.len(),
+            Family::HeatKernel | Family::WaveKernel if first_positive(&spectrum.eigenvalues).is_none() => 0,
+            Family::HeatKernel | Family::WaveKernel => sampling.count,
+            Family::GlobalPointSignature => global_point_signature::dimensions(spectrum),
         }
     }
 
     /// How many there are of it at most for a spectrum of k pairs.
     pub const fn most_columns(self, k: usize, sampling: Sampling) -> usize {
         match self {
-            Kind::Eigenfunctions | Kind::GlobalPointSignature => k,
-            Kind::HeatKernel | Kind::WaveKernel => sampling.count,
+            Family::Eigenfunctions | Family::GlobalPointSignature => k,
+            Family::HeatKernel | Family::WaveKernel => sampling.count,
         }
     }
 
@@ -57,16 +57,16 @@ impl Kind {
         let eigenvalues = &spectrum.eigenvalues;
         let these = |all: Mat<f64>| all.subcols(columns.start, columns.len()).to_owned();
         match self {
-            Kind::Eigenfunctions => these(spectrum.eigenfunctions.clone()),
-            Kind::HeatKernel => {
+            Family::Eigenfunctions => these(spectrum.eigenfunctions.clone()),
+            Family::HeatKernel => {
                 let times = heat_kernel::times(eigenvalues, sampling.count);
                 at_points(spectrum, these(heat_kernel::filters(eigenvalues, &times)).as_ref())
             }
-            Kind::WaveKernel => {
+            Family::WaveKernel => {
                 let energies = wave_kernel::energies(eigenvalues, sampling.count, sampling.variance);
                 at_points(spectrum, these(wave_kernel::filters(eigenvalues, &energies)).as_ref())
             }
-            Kind::GlobalPointSignature => these(global_point_signature::signature(spectrum, usize::MAX)),
+            Family::GlobalPointSignature => these(global_point_signature::signature(spectrum, usize::MAX)),
         }
     }
 }
@@ -82,24 +82,24 @@ mod tests {
     fn some_columns_are_those_of_all() {
         let spectrum = spectrum(&sheet(8, 5), 12, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(12);
         let sampling = Sampling { count: 9, variance: 6.0 };
-        for kind in [Kind::Eigenfunctions, Kind::HeatKernel, Kind::WaveKernel, Kind::GlobalPointSignature] {
-            let columns = kind.columns(&spectrum, sampling);
-            let all = kind.at_vertices(&spectrum, sampling, 0..columns);
-            assert_eq!(all.shape(), (54, columns), "{kind:?}");
-            assert!(columns <= kind.most_columns(12, sampling), "{kind:?}");
-            let some = kind.at_vertices(&spectrum, sampling, 3..5);
-            assert!((some - all.subcols(3, 2)).norm_max() < 1e-12, "{kind:?}");
+        for family in [Family::Eigenfunctions, Family::HeatKernel, Family::WaveKernel, Family::GlobalPointSignature] {
+            let columns = family.columns(&spectrum, sampling);
+            let all = family.at_vertices(&spectrum, sampling, 0..columns);
+            assert_eq!(all.shape(), (54, columns), "{family:?}");
+            assert!(columns <= family.most_columns(12, sampling), "{family:?}");
+            let some = family.at_vertices(&spectrum, sampling, 3..5);
+            assert!((some - all.subcols(3, 2)).norm_max() < 1e-12, "{family:?}");
         }
-        assert_eq!(Kind::GlobalPointSignature.columns(&spectrum, sampling), 11);
+        assert_eq!(Family::GlobalPointSignature.columns(&spectrum, sampling), 11);
     }
 
     #[test]
     fn the_constant_alone_has_no_signature() {
         let spectrum = spectrum(&sheet(8, 5), 12, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(1);
         let sampling = Sampling { count: 9, variance: 6.0 };
-        for kind in [Kind::HeatKernel, Kind::WaveKernel, Kind::GlobalPointSignature] {
-            assert_eq!(kind.columns(&spectrum, sampling), 0, "{kind:?}");
-            assert_eq!(kind.at_vertices(&spectrum, sampling, 0..0).shape(), (54, 0), "{kind:?}");
+        for family in [Family::HeatKernel, Family::WaveKernel, Family::GlobalPointSignature] {
+            assert_eq!(family.columns(&spectrum, sampling), 0, "{family:?}");
+            assert_eq!(family.at_vertices(&spectrum, sampling, 0..0).shape(), (54, 0), "{family:?}");
         }
     }
 }

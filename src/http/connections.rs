@@ -35,7 +35,7 @@ const LINGERING_IN_SILENCE: Duration = Duration::from_secs(2);
 
 /// How connections are kept.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct ConnectionLimits {
     /// Connections at one time; fewer where the process may not have so many files open.
     pub connections: usize,
     /// How long a client may take over the headers of a request, the first and every further one, and how long it may
@@ -47,7 +47,7 @@ pub struct Limits {
 ///
 /// Where all connections are taken, those without a request are closed once another client comes; who comes after it waits
 /// in the system's queue.
-pub async fn serve(listener: TcpListener, service: Router, limits: Limits, shutdown: CancellationToken) {
+pub async fn serve(listener: TcpListener, service: Router, limits: ConnectionLimits, shutdown: CancellationToken) {
     let slots = Arc::new(Semaphore::new(limits.connections.min(most_connections())));
     let (open, crowded, over) = (TaskTracker::new(), watch::Sender::new(()), CancellationToken::new());
     while let Some(accepted) = shutdown.run_until_cancelled(listener.accept()).await {

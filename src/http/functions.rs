@@ -12,11 +12,11 @@ use super::pictures::width;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::Wanted;
-use super::spectra::{Asked, Decomposed, Found};
-use crate::descriptors::functions::{Kind as Function, Sampling};
+use super::spectra::{Decomposed, Found, SpectrumOfShape};
+use crate::descriptors::functions::{Family, Sampling};
 use crate::export::functions;
 use crate::spectral::Boundary;
-use crate::store::Kind;
+use crate::store::ShapeKind;
 
 /// Times or energies at most.
 const MOST_COMPONENTS: usize = 1000;
@@ -30,7 +30,7 @@ pub(super) const WIDTH: u32 = 600;
 #[into_params(parameter_in = Query)]
 pub struct FunctionsQuery {
     #[param(inline)]
-    kind: Function,
+    kind: Family,
     /// Eigenpairs they are made of; 20 where it is not given.
     #[param(minimum = 1, maximum = 1000000)]
     k: Option<usize>,
@@ -68,7 +68,7 @@ pub async fn of_mesh(
     Query(query): Query<FunctionsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answered(&app, Kind::Mesh, id, query, headers).await
+    answered(&app, ShapeKind::Mesh, id, query, headers).await
 }
 
 /// Answers functions of a sketch, as those of a mesh.
@@ -86,12 +86,12 @@ pub async fn of_sketch(
     Query(query): Query<FunctionsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answered(&app, Kind::Sketch, id, query, headers).await
+    answered(&app, ShapeKind::Sketch, id, query, headers).await
 }
 
 async fn answered(
     app: &App,
-    kind: Kind,
+    kind: ShapeKind,
     id: String,
     query: FunctionsQuery,
     headers: HeaderMap,
@@ -99,7 +99,7 @@ async fn answered(
     let wanted = Wanted::negotiated(headers, &[NPY, SAFETENSORS, GLB, PNG, OCTETS])?;
     let sampling = sampling(&query)?;
     let wide = width(query.width, WIDTH)?;
-    let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
+    let asked = SpectrumOfShape::of(app, kind, id, query.k, query.boundary)?;
     let found = match asked.found(app, query.kind.most_columns(asked.k, sampling)).await? {
         Found::Spectrum(found) => found,
         Found::Pending(pending) => return Ok(pending),

@@ -16,17 +16,17 @@ use super::problem::{Fault, Problem};
 
 /// The names a server answers to.
 #[derive(Debug)]
-pub struct Hosts {
+pub struct OwnNames {
     /// Whether names that are neither local nor listed are answered to.
     any: bool,
     listed: Vec<String>,
 }
 
-impl Hosts {
+impl OwnNames {
     /// Those of a server that listens on `address`: where that is a loopback address or names are listed, local names and
     /// the listed ones only.
-    pub fn of(address: IpAddr, listed: &[String]) -> Hosts {
-        Hosts { any: !address.is_loopback() && listed.is_empty(), listed: listed.to_vec() }
+    pub fn of(address: IpAddr, listed: &[String]) -> OwnNames {
+        OwnNames { any: !address.is_loopback() && listed.is_empty(), listed: listed.to_vec() }
     }
 
     fn answer_to(&self, host: &str) -> bool {
@@ -38,14 +38,14 @@ impl Hosts {
 }
 
 /// Lets a request through that names its host, once, as one that is answered to.
-pub async fn checked(State(hosts): State<Arc<Hosts>>, request: Request, next: Next) -> Response {
-    match fault(&hosts, request.version(), request.headers()) {
+pub async fn checked(State(names): State<Arc<OwnNames>>, request: Request, next: Next) -> Response {
+    match fault(&names, request.version(), request.headers()) {
         None => next.run(request).await,
         Some(problem) => problem.into_response(),
     }
 }
 
-fn fault(hosts: &Hosts, version: Version, headers: &HeaderMap) -> Option<Problem> {
+fn fault(names: &OwnNames, version: Version, headers: &HeaderMap) -> Option<Problem> {
     let named: Vec<&HeaderValue> = headers.get_all(header::HOST).iter().collect();
     let host = match named.as_slice() {
         [] if version == Version::HTTP_10 => return None,
@@ -55,7 +55,7 @@ fn fault(hosts: &Hosts, version: Version, headers: &HeaderMap) -> Option<Problem
     let Some(host) = host else {
         return Some(Problem::malformed(Fault::in_header("host", "a request names its host, once")));
     };
-    (!hosts.answer_to(host.host())).then(|| {
+    (!names.answer_to(host.host())).then(|| {
         let detail = format!("this server does not answer to {}: --allowed-host adds names", host.host());
         Problem::of_fault(StatusCode::MISDIRECTED_REQUEST, Fault::in_header("host", detail))
     })
@@ -73,7 +73,7 @@ mod tests {
         let listed: Vec<String> = listed.iter().map(|&host| host.to_owned()).collect();
         let mut headers = HeaderMap::new();
         hosts.iter().for_each(|host| _ = headers.append(header::HOST, HeaderValue::from_static(host)));
-        let problem = fault(&Hosts::of(address.into(), &listed), version, &headers);
+        let problem = fault(&OwnNames::of(address.into(), &listed), version, &headers);
         problem.map_or(200, |problem| problem.status)
     }
 

@@ -16,7 +16,7 @@ use crate::store::Turn;
 
 /// What a tenant may take; where nothing is said, as much as there is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Limits {
+pub struct TenantLimits {
     /// As many may come at once, and as many in every second; counted by each server for itself.
     pub requests_per_second: Option<NonZeroU32>,
     /// Requests under way at one time, until their answers are read; counted by each server for itself.
@@ -83,7 +83,7 @@ impl App {
     /// # Errors
     /// 429 where it may not.
     pub(super) async fn may_take(&self, bytes: usize, jobs: u64) -> Result<Option<Turn>, Problem> {
-        let Limits { queued_jobs, stored_bytes, cpu_per_hour, .. } = self.config.tenant_limits;
+        let TenantLimits { queued_jobs, stored_bytes, cpu_per_hour, .. } = self.config.tenant_limits;
         // Only what is taken is looked up.
         let (queued_jobs, cpu_per_hour) = (queued_jobs.filter(|_| jobs > 0), cpu_per_hour.filter(|_| jobs > 0));
         let stored_bytes = stored_bytes.filter(|_| bytes > 0);

@@ -20,7 +20,7 @@ use crate::access::Signer;
 use crate::access::key_file::milliseconds;
 use crate::jobs::Posing;
 use crate::pipeline::Settings;
-use crate::store::{Kind, StoreError};
+use crate::store::{ShapeKind, StoreError};
 
 /// How long a signature is good: as long as it takes to look at something.
 const LIFETIME: Duration = Duration::from_secs(15 * 60);
@@ -33,7 +33,7 @@ const PARAMETER: &str = "signature";
 
 /// Where resources are whose addresses can be signed, and the last part of the address that signs them: it asks for a key, or
 /// a signature could be made to last.
-const RESOURCES: [&str; 4] = [MATCHES, POSES, of_shapes(Kind::Mesh), of_shapes(Kind::Sketch)];
+const RESOURCES: [&str; 4] = [MATCHES, POSES, of_shapes(ShapeKind::Mesh), of_shapes(ShapeKind::Sketch)];
 const LAST: &str = "links";
 
 /// The signature in the query of an address, which is taken out: what answers it knows of none.
@@ -102,7 +102,7 @@ pub async fn of_pose(app: App, Id(id): Id) -> Result<Response, Problem> {
     responses((status = 200, description = "the addresses", body = SignedLinks)),
 )]
 pub async fn of_mesh(app: App, Id(id): Id) -> Result<Response, Problem> {
-    of_shape(&app, Kind::Mesh, &id).await
+    of_shape(&app, ShapeKind::Mesh, &id).await
 }
 
 /// Signs the addresses of a sketch.
@@ -111,7 +111,7 @@ pub async fn of_mesh(app: App, Id(id): Id) -> Result<Response, Problem> {
     responses((status = 200, description = "the addresses", body = SignedLinks)),
 )]
 pub async fn of_sketch(app: App, Id(id): Id) -> Result<Response, Problem> {
-    of_shape(&app, Kind::Sketch, &id).await
+    of_shape(&app, ShapeKind::Sketch, &id).await
 }
 
 async fn of_job<T: Resource>(app: &App, id: &str) -> Result<Response, Problem> {
@@ -122,7 +122,7 @@ async fn of_job<T: Resource>(app: &App, id: &str) -> Result<Response, Problem> {
     signed(app, &address::<T>(id), links.collect()).await
 }
 
-async fn of_shape(app: &App, kind: Kind, id: &str) -> Result<Response, Problem> {
+async fn of_shape(app: &App, kind: ShapeKind, id: &str) -> Result<Response, Problem> {
     shapes::there(app, kind, id).await?;
     let itself = paths::of_shape(kind, id);
     let below = ["mesh", "picture", "spectrum"].map(|part| (part.to_owned(), format!("{itself}/{part}")));

@@ -18,7 +18,7 @@ use crate::jobs::Task;
 use crate::pipeline::request::{MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
-use crate::store::{Kind, Shape, Unkept};
+use crate::store::{Shape, ShapeKind, Unkept};
 
 /// Asks for a match.
 ///
@@ -68,9 +68,9 @@ pub(super) async fn payload(
     let mut faults = Vec::new();
     let sketch = match &inline {
         Some(inline) => Some(inline.sketch.mesh().positions().len()),
-        None => named(app, Kind::Sketch, &request.sketch, &mut faults).await?.map(|sketch| sketch.vertices),
+        None => named(app, ShapeKind::Sketch, &request.sketch, &mut faults).await?.map(|sketch| sketch.vertices),
     };
-    let mesh = named(app, Kind::Mesh, &request.mesh, &mut faults).await?;
+    let mesh = named(app, ShapeKind::Mesh, &request.mesh, &mut faults).await?;
     let up = mesh.as_ref().and_then(known_up);
     let mesh = mesh.map(|mesh| (mesh.vertices, mesh.matched));
     let config = app.config.clone();
@@ -144,10 +144,10 @@ async fn faults_on_shapes(
 }
 
 /// The shape of this id; where there is none, a fault.
-async fn named(app: &App, kind: Kind, id: &str, faults: &mut Vec<Fault>) -> Result<Option<Shape>, Problem> {
+async fn named(app: &App, kind: ShapeKind, id: &str, faults: &mut Vec<Fault>) -> Result<Option<Shape>, Problem> {
     let shape = app.store.shape(kind, id).await?;
     if shape.is_none() {
-        let noun = kind.noun();
+        let noun = kind.as_str();
         faults.push(Fault::at_pointer(format!("/{noun}"), format!("there is no {noun} of this id")));
     }
     Ok(shape)

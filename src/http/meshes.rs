@@ -21,7 +21,7 @@ use super::shapes::{self, Renaming, ShapeDocument};
 use crate::intake::mesh::{self, MeshMeasures};
 use crate::mesh::connectivity::{ComponentSummary, component_summaries};
 use crate::mesh::formats::{Format, Limits};
-use crate::store::{Kind, Source};
+use crate::store::{ShapeKind, Source};
 
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -81,7 +81,7 @@ pub async fn upload(
         let kept = app.store.insert_mesh(mesh, source, name.as_deref(), body).await?;
         shapes::uploaded::<MeshMeasures>(&app, kept, query.temporary).await
     };
-    shapes::once(&app, Kind::Mesh, &key, asked, answer).await
+    shapes::once(&app, ShapeKind::Mesh, &key, asked, answer).await
 }
 
 /// Lists the meshes, newest first.
@@ -90,7 +90,7 @@ pub async fn upload(
     responses((status = 200, description = "a page", body = Listing<ShapeDocument<MeshMeasures>>)),
 )]
 pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
-    shapes::listed::<MeshMeasures>(&app, Kind::Mesh, &query).await
+    shapes::listed::<MeshMeasures>(&app, ShapeKind::Mesh, &query).await
 }
 
 /// Answers what is known of a mesh.
@@ -99,7 +99,7 @@ pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, 
     responses((status = 200, description = "the mesh", body = ShapeDocument<MeshMeasures>)),
 )]
 pub async fn read(app: App, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
-    Ok(Json(shapes::known(&app, Kind::Mesh, &id).await?))
+    Ok(Json(shapes::known(&app, ShapeKind::Mesh, &id).await?))
 }
 
 /// Renames a mesh.
@@ -108,7 +108,7 @@ pub async fn read(app: App, Id(id): Id) -> Result<Json<ShapeDocument<MeshMeasure
     responses((status = 200, description = "the mesh, renamed", body = ShapeDocument<MeshMeasures>)),
 )]
 pub async fn rename(app: App, Id(id): Id, body: JsonBody) -> Result<Json<ShapeDocument<MeshMeasures>>, Problem> {
-    Ok(Json(shapes::renamed(&app, Kind::Mesh, &id, body).await?))
+    Ok(Json(shapes::renamed(&app, ShapeKind::Mesh, &id, body).await?))
 }
 
 /// Deletes a mesh, its file and its triangles. Matches it was part of stay.
@@ -120,7 +120,7 @@ pub async fn rename(app: App, Id(id): Id, body: JsonBody) -> Result<Json<ShapeDo
     ),
 )]
 pub async fn delete(app: App, Id(id): Id) -> Result<StatusCode, Problem> {
-    shapes::deleted(&app, Kind::Mesh, &id).await
+    shapes::deleted(&app, ShapeKind::Mesh, &id).await
 }
 
 /// The components of a mesh.

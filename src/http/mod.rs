@@ -83,11 +83,11 @@ use crate::access::{Grant, Signer};
 use crate::store::{JobChanges, Store};
 use crate::webhooks;
 use admission::{Admission, Door};
-use connections::Limits;
+use connections::ConnectionLimits;
 use examples::Examples;
 pub use front_page::FrontPage;
-use host::Hosts;
-use limits::Pace;
+use host::OwnNames;
+use limits::{Pace, TenantLimits};
 use observation::Trace;
 use open_requests::OpenRequests;
 use origin::Origin;
@@ -108,7 +108,7 @@ pub struct Config {
     /// Who is let in.
     pub admission: Admission,
     /// What one tenant may take.
-    pub tenant_limits: limits::Limits,
+    pub tenant_limits: TenantLimits,
     /// Origins that scripts of other sites may call from.
     pub cors_origins: Vec<Origin>,
     /// Names to answer to beside local ones, on a loopback address; where there are some, on others too.
@@ -148,7 +148,7 @@ impl Default for Config {
     fn default() -> Config {
         Config {
             admission: Admission::Anybody,
-            tenant_limits: limits::Limits::default(),
+            tenant_limits: TenantLimits::default(),
             cors_origins: Vec::new(),
             allowed_hosts: Vec::new(),
             max_connections: 10_000,
@@ -252,7 +252,7 @@ impl App {
 }
 
 /// Everything a server of these names answers, over `app`.
-fn router(app: App, hosts: Hosts) -> Router {
+fn router(app: App, names: OwnNames) -> Router {
     let (cors, deadline) = (origin::layer(&app.config.cors_origins), app.config.request_deadline);
     let origins: Arc<[Origin]> = app.config.cors_origins.as_slice().into();
     let door = Door(app.clone());
@@ -273,7 +273,7 @@ fn router(app: App, hosts: Hosts) -> Router {
         .layer(cors)
         .layer(from_fn(security_headers::added))
         .layer(from_fn(only_paths_there_are))
-        .layer(from_fn_with_state(Arc::new(hosts), host::checked))
+        .layer(from_fn_with_state(Arc::new(names), host::checked))
         .layer(from_fn(observation::observed))
 }
 
@@ -290,13 +290,13 @@ async fn only_paths_there_are(request: Request, next: Next) -> Response {
 /// # Errors
 /// What the listener said.
 pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
-    let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
-    let limits = Limits { connections: app.config.max_connections, idle: app.config.idle_timeout };
+    let names = OwnNames::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
+    let limits = ConnectionLimits { connections: app.config.max_connections, idle: app.config.idle_timeout };
     let shutdown = app.shutdown.clone();
     if let Admission::Keyholders(Some(file)) = &app.config.admission {
         tokio::spawn(file.clone().watch(shutdown.clone()));
     }
-    connections::serve(listener, router(app, hosts), limits, shutdown).await;
+    connections::serve(listener, router(app, names), limits, shutdown).await;
     Ok(())
 }
 
@@ -306,8 +306,8 @@ pub async fn serve(listener: TcpListener, app: App) -> std::io::Result<()> {
 /// # Errors
 /// What the listener said.
 pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<()> {
-    let hosts = Hosts::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
-    let limits = Limits { connections: MEASURE_CONNECTIONS, idle: app.config.idle_timeout };
+    let names = OwnNames::of(listener.local_addr()?.ip(), &app.config.allowed_hosts);
+    let limits = ConnectionLimits { connections: MEASURE_CONNECTIONS, idle: app.config.idle_timeout };
     let (shutdown, deadline) = (app.shutdown.clone(), app.config.request_deadline);
     let routes = Router::new()
         .route("/metrics", get(health::measures))
@@ -316,7 +316,7 @@ pub async fn serve_measures(listener: TcpListener, app: App) -> std::io::Result<
         .with_state(Service(app))
         .layer(TimeoutLayer::with_status_code(StatusCode::SERVICE_UNAVAILABLE, deadline))
         .layer(map_response(problem::dressed))
-        .layer(from_fn_with_state(Arc::new(hosts), host::checked));
+        .layer(from_fn_with_state(Arc::new(names), host::checked));
     connections::serve(listener, routes, limits, shutdown).await;
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Where resources are.
 
-use crate::store::Kind;
+use crate::store::ShapeKind;
 
 /// Where matches are listed.
 pub const MATCHES: &str = "/v1/matches";
@@ -9,14 +9,14 @@ pub const MATCHES: &str = "/v1/matches";
 pub const POSES: &str = "/v1/poses";
 
 /// Where the shapes of a kind are listed.
-pub const fn of_shapes(kind: Kind) -> &'static str {
+pub const fn of_shapes(kind: ShapeKind) -> &'static str {
     match kind {
-        Kind::Mesh => "/v1/meshes",
-        Kind::Sketch => "/v1/sketches",
+        ShapeKind::Mesh => "/v1/meshes",
+        ShapeKind::Sketch => "/v1/sketches",
     }
 }
 
 /// The address of a shape.
-pub fn of_shape(kind: Kind, id: &str) -> String {
+pub fn of_shape(kind: ShapeKind, id: &str) -> String {
     format!("{}/{id}", of_shapes(kind))
 }

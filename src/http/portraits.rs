@@ -17,7 +17,7 @@ use super::{App, shapes};
 use crate::intake::sketch::{SketchMeasures, canvas, kind, memory};
 use crate::picture::{self, reading};
 use crate::sketch::Config;
-use crate::store::{Kind, SourceFile};
+use crate::store::{ShapeKind, SourceFile};
 
 /// The width of the picture of a shape where nobody asks for another, in pixels.
 const WIDTH: u32 = 400;
@@ -74,9 +74,9 @@ pub async fn of_sketch(
     Query(query): Query<PortraitQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let known = shapes::known::<SketchMeasures>(&app, Kind::Sketch, &id).await?;
+    let known = shapes::known::<SketchMeasures>(&app, ShapeKind::Sketch, &id).await?;
     let limits = Config::default();
-    let drawing = app.store.file(Kind::Sketch, &id).await?.and_then(|SourceFile { bytes, media_type }| {
+    let drawing = app.store.file(ShapeKind::Sketch, &id).await?.and_then(|SourceFile { bytes, media_type }| {
         let kind = kind(&bytes, Some(&media_type)).ok()?;
         let taken = memory(&bytes, kind, &limits).ok()?;
         Some((bytes, kind, taken))

@@ -21,7 +21,7 @@ use crate::picture::WIDTH;
 use crate::pipeline::Settings;
 use crate::posing::basis as of_handles;
 use crate::posing::outcome::{HandleWeights, PoseResult};
-use crate::store::Kind;
+use crate::store::ShapeKind;
 
 /// Which frame is answered.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
@@ -62,7 +62,7 @@ pub async fn read(
     let made_of = (result.clone(), format!("frame {frame}"));
     let fetched = async {
         let mesh = shapes::mesh(&app, &contents.mesh, |_| 0).await?;
-        let file = app.store.file(Kind::Mesh, &contents.mesh).await?;
+        let file = app.store.file(ShapeKind::Mesh, &contents.mesh).await?;
         Ok(move |media_type| {
             let of = |kinds: &[&str]| {
                 file.as_ref().filter(|file| kinds.contains(&file.media_type.as_str())).map(|file| file.bytes.as_ref())
@@ -114,7 +114,7 @@ async fn basis_of(app: &App, contents: Contents) -> Result<Bytes, Problem> {
         return Err(Problem::new(StatusCode::CONFLICT, "the pose is by no handles"));
     };
     let numbers = 3 * weights.values.first().map_or(0, Vec::len);
-    let vertices = shapes::stored(app, Kind::Mesh, &contents.mesh).await?.vertices;
+    let vertices = shapes::stored(app, ShapeKind::Mesh, &contents.mesh).await?.vertices;
     if numbers.saturating_mul(vertices) > LARGEST_BASIS {
         let detail = format!("a basis has at most {LARGEST_BASIS} numbers: use fewer handles");
         return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));

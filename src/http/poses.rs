@@ -15,7 +15,7 @@ use crate::jobs::{Posing, Task};
 use crate::pipeline::Settings;
 use crate::posing::faults;
 use crate::posing::request::{MAX_PLACES, PoseRequest};
-use crate::store::{self, Job, Kind};
+use crate::store::{self, Job, ShapeKind};
 
 /// Asks for a pose: a matched mesh takes the deformation of its sketch.
 ///
@@ -64,7 +64,7 @@ async fn task(app: &App, request: PoseRequest) -> Result<Posing, Problem> {
         );
         found.push(Fault::at_pointer("/sketch", detail));
     }
-    let vertices = app.store.shape(Kind::Mesh, &mesh).await?.map(|shape| (shape.vertices, shape.matched));
+    let vertices = app.store.shape(ShapeKind::Mesh, &mesh).await?.map(|shape| (shape.vertices, shape.matched));
     let frames = request.frames.as_ref().map_or(1, Vec::len);
     if let Some((vertices, matched)) = vertices {
         if frames.saturating_mul(vertices) > MAX_PLACES {

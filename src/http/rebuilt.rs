@@ -10,10 +10,10 @@ use super::media_types::{GLB, NPY, OCTETS};
 use super::problem::Problem;
 use super::query::{Id, Query};
 use super::representation::Wanted;
-use super::spectra::{Asked, Decomposed, Found};
+use super::spectra::{Decomposed, Found, SpectrumOfShape};
 use crate::export::functions;
 use crate::spectral::{Boundary, rebuilt};
-use crate::store::Kind;
+use crate::store::ShapeKind;
 
 /// What a shape is rebuilt of.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
@@ -43,7 +43,7 @@ pub async fn of_mesh(
     Query(query): Query<RebuiltQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answered(&app, Kind::Mesh, id, query, headers).await
+    answered(&app, ShapeKind::Mesh, id, query, headers).await
 }
 
 /// Answers a sketch rebuilt of its first k eigenfunctions, as a mesh.
@@ -61,18 +61,18 @@ pub async fn of_sketch(
     Query(query): Query<RebuiltQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answered(&app, Kind::Sketch, id, query, headers).await
+    answered(&app, ShapeKind::Sketch, id, query, headers).await
 }
 
 async fn answered(
     app: &App,
-    kind: Kind,
+    kind: ShapeKind,
     id: String,
     query: RebuiltQuery,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[GLB, NPY, OCTETS])?;
-    let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
+    let asked = SpectrumOfShape::of(app, kind, id, query.k, query.boundary)?;
     let found = match asked.found(app, 3).await? {
         Found::Spectrum(found) => found,
         Found::Pending(pending) => return Ok(pending),

@@ -12,13 +12,13 @@ use super::pictures::width;
 use super::problem::{Fault, Problem};
 use super::query::{Id, Query};
 use super::representation::Wanted;
-use super::spectra::{Asked, Decomposed, Found};
+use super::spectra::{Decomposed, Found, SpectrumOfShape};
 use crate::export::{Unwritten, functions};
 use crate::numerics::Unwatched;
 use crate::pipeline::segmented;
 use crate::regions::MAX_REGIONS;
 use crate::spectral::Boundary;
-use crate::store::Kind;
+use crate::store::ShapeKind;
 
 /// How a shape is segmented.
 #[derive(Clone, Copy, Debug, Deserialize, IntoParams)]
@@ -63,7 +63,7 @@ pub async fn of_mesh(
     Query(query): Query<SegmentationQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answered(&app, Kind::Mesh, id, query, headers).await
+    answered(&app, ShapeKind::Mesh, id, query, headers).await
 }
 
 /// Answers the consensus segmentation of a sketch, as that of a mesh.
@@ -81,12 +81,12 @@ pub async fn of_sketch(
     Query(query): Query<SegmentationQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    answered(&app, Kind::Sketch, id, query, headers).await
+    answered(&app, ShapeKind::Sketch, id, query, headers).await
 }
 
 async fn answered(
     app: &App,
-    kind: Kind,
+    kind: ShapeKind,
     id: String,
     query: SegmentationQuery,
     headers: HeaderMap,
@@ -98,7 +98,7 @@ async fn answered(
         return Err(Problem::refused("there is no such segmentation", vec![fault]));
     }
     let wide = width(query.width, WIDTH)?;
-    let asked = Asked::of(app, kind, id, query.k, query.boundary)?;
+    let asked = SpectrumOfShape::of(app, kind, id, query.k, query.boundary)?;
     let found = match asked.found(app, 1).await? {
         Found::Spectrum(found) => found,
         Found::Pending(pending) => return Ok(pending),

@@ -19,7 +19,7 @@ use super::{App, memory, paths};
 use crate::intake::json;
 use crate::mesh::file_mesh::FileMesh;
 use crate::sketch::Sketch;
-use crate::store::{Deletion, Kind, NUL, Shape, is_text};
+use crate::store::{Deletion, NUL, Shape, ShapeKind, is_text};
 
 /// Characters of a name at most.
 const LONGEST_NAME: usize = 200;
@@ -43,21 +43,11 @@ pub struct ShapeDocument<T> {
     pub measures: T,
 }
 
-impl Kind {
-    /// The noun in messages.
-    pub(super) fn noun(self) -> &'static str {
-        match self {
-            Kind::Mesh => "mesh",
-            Kind::Sketch => "sketch",
-        }
-    }
-}
-
 /// What is known of the shape of this id, its measures stored as a `T`.
 ///
 /// # Errors
 /// 404 where there is none.
-pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Result<ShapeDocument<T>, Problem> {
+pub async fn known<T: DeserializeOwned>(app: &App, kind: ShapeKind, id: &str) -> Result<ShapeDocument<T>, Problem> {
     document(stored(app, kind, id).await?)
 }
 
@@ -65,7 +55,7 @@ pub async fn known<T: DeserializeOwned>(app: &App, kind: Kind, id: &str) -> Resu
 ///
 /// # Errors
 /// 404 where there is none.
-pub async fn there(app: &App, kind: Kind, id: &str) -> Result<(), Problem> {
+pub async fn there(app: &App, kind: ShapeKind, id: &str) -> Result<(), Problem> {
     stored(app, kind, id).await.map(drop)
 }
 
@@ -73,7 +63,7 @@ pub async fn there(app: &App, kind: Kind, id: &str) -> Result<(), Problem> {
 ///
 /// # Errors
 /// 404 where there is none.
-pub async fn stored(app: &App, kind: Kind, id: &str) -> Result<Shape, Problem> {
+pub async fn stored(app: &App, kind: ShapeKind, id: &str) -> Result<Shape, Problem> {
     app.store.shape(kind, id).await?.ok_or_else(|| missing(kind, id))
 }
 
@@ -82,7 +72,7 @@ pub async fn stored(app: &App, kind: Kind, id: &str) -> Result<Shape, Problem> {
 /// # Errors
 /// 404 where there is none.
 pub async fn mesh(app: &App, id: &str, besides: impl FnOnce(&Shape) -> usize) -> Result<Held<FileMesh>, Problem> {
-    let shape = stored(app, Kind::Mesh, id).await?;
+    let shape = stored(app, ShapeKind::Mesh, id).await?;
     let room = app.room_for(memory::of_shape(&shape).saturating_add(besides(&shape))).await?;
     Ok(Held::new(mesh_read(app, id).await?, room))
 }
@@ -92,7 +82,7 @@ pub async fn mesh(app: &App, id: &str, besides: impl FnOnce(&Shape) -> usize) ->
 /// # Errors
 /// 404 where there is none.
 pub async fn sketch(app: &App, id: &str, besides: impl FnOnce(&Shape) -> usize) -> Result<Held<Sketch>, Problem> {
-    let shape = stored(app, Kind::Sketch, id).await?;
+    let shape = stored(app, ShapeKind::Sketch, id).await?;
     let room = app.room_for(memory::of_shape(&shape).saturating_add(besides(&shape))).await?;
     Ok(Held::new(sketch_read(app, id).await?, room))
 }
@@ -106,22 +96,22 @@ pub async fn both(
     (sketch, mesh): (&str, &str),
     besides: impl FnOnce(&Shape) -> usize,
 ) -> Result<Held<(Sketch, FileMesh)>, Problem> {
-    let (flat, solid) = (stored(app, Kind::Sketch, sketch).await?, stored(app, Kind::Mesh, mesh).await?);
+    let (flat, solid) = (stored(app, ShapeKind::Sketch, sketch).await?, stored(app, ShapeKind::Mesh, mesh).await?);
     let bytes = [memory::of_shape(&flat), memory::of_shape(&solid), besides(&solid)];
     let room = app.room_for(bytes.into_iter().fold(0, usize::saturating_add)).await?;
     Ok(Held::new((sketch_read(app, sketch).await?, mesh_read(app, mesh).await?), room))
 }
 
 async fn mesh_read(app: &App, id: &str) -> Result<FileMesh, Problem> {
-    app.store.mesh(id).await?.ok_or_else(|| missing(Kind::Mesh, id))
+    app.store.mesh(id).await?.ok_or_else(|| missing(ShapeKind::Mesh, id))
 }
 
 async fn sketch_read(app: &App, id: &str) -> Result<Sketch, Problem> {
-    app.store.sketch(id).await?.ok_or_else(|| missing(Kind::Sketch, id))
+    app.store.sketch(id).await?.ok_or_else(|| missing(ShapeKind::Sketch, id))
 }
 
-fn missing(kind: Kind, id: &str) -> Problem {
-    Problem::not_found(format_args!("{} {id}", kind.noun()))
+fn missing(kind: ShapeKind, id: &str) -> Problem {
+    Problem::not_found(format_args!("{} {id}", kind.as_str()))
 }
 
 /// The document of a shape whose measures were stored as a `T`.
@@ -134,7 +124,7 @@ fn document<T: DeserializeOwned>(shape: Shape) -> Result<ShapeDocument<T>, Probl
 /// Answers an upload with this query, once under one key.
 pub async fn once(
     app: &App,
-    kind: Kind,
+    kind: ShapeKind,
     key: &IdempotencyKey,
     (upload, query): (Arc<Upload>, String),
     answer: impl Future<Output = Result<Answer, Problem>>,
@@ -161,7 +151,7 @@ pub async fn uploaded<T: DeserializeOwned + Serialize>(
 }
 
 /// A page of the shapes of one kind.
-pub async fn listed<T>(app: &App, kind: Kind, query: &PageQuery) -> Result<Response, Problem>
+pub async fn listed<T>(app: &App, kind: ShapeKind, query: &PageQuery) -> Result<Response, Problem>
 where
     T: DeserializeOwned + Serialize,
 {
@@ -185,7 +175,7 @@ pub struct Renaming {
 /// 404 where there is none; whatever is wrong with the body.
 pub async fn renamed<T: DeserializeOwned>(
     app: &App,
-    kind: Kind,
+    kind: ShapeKind,
     id: &str,
     body: JsonBody,
 ) -> Result<ShapeDocument<T>, Problem> {
@@ -201,11 +191,11 @@ pub async fn renamed<T: DeserializeOwned>(
 ///
 /// # Errors
 /// 404 where there is none, 409 while an unfinished job needs it.
-pub async fn deleted(app: &App, kind: Kind, id: &str) -> Result<StatusCode, Problem> {
+pub async fn deleted(app: &App, kind: ShapeKind, id: &str) -> Result<StatusCode, Problem> {
     match app.store.delete_shape(kind, id).await? {
         Deletion::Done => Ok(StatusCode::NO_CONTENT),
         Deletion::Needed => {
-            let detail = format!("{} {id} is needed by a job that has not ended", kind.noun());
+            let detail = format!("{} {id} is needed by a job that has not ended", kind.as_str());
             Err(Problem::new(StatusCode::CONFLICT, detail).retry_after(1))
         }
         Deletion::Missing => Err(missing(kind, id)),

@@ -19,7 +19,7 @@ use crate::intake::Untaken;
 use crate::intake::sketch::{self, SketchMeasures};
 use crate::sketch::outline::OutlineRequest;
 use crate::sketch::{Config, TARGET_VERTICES};
-use crate::store::{Kind, Source};
+use crate::store::{ShapeKind, Source};
 
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -88,7 +88,7 @@ pub async fn upload(
         let kept = app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?;
         shapes::uploaded::<SketchMeasures>(&app, kept, query.temporary).await
     };
-    shapes::once(&app, Kind::Sketch, &key, asked, answer).await
+    shapes::once(&app, ShapeKind::Sketch, &key, asked, answer).await
 }
 
 /// What is asked of the reading, in words: nothing where nothing is.
@@ -114,7 +114,7 @@ fn target(asked: Option<usize>) -> Result<Option<usize>, Problem> {
     responses((status = 200, description = "a page", body = Listing<ShapeDocument<SketchMeasures>>)),
 )]
 pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, Problem> {
-    shapes::listed::<SketchMeasures>(&app, Kind::Sketch, &query).await
+    shapes::listed::<SketchMeasures>(&app, ShapeKind::Sketch, &query).await
 }
 
 /// Answers what is known of a sketch.
@@ -123,7 +123,7 @@ pub async fn list(app: App, Query(query): Query<PageQuery>) -> Result<Response, 
     responses((status = 200, description = "the sketch", body = ShapeDocument<SketchMeasures>)),
 )]
 pub async fn read(app: App, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
-    Ok(Json(shapes::known(&app, Kind::Sketch, &id).await?))
+    Ok(Json(shapes::known(&app, ShapeKind::Sketch, &id).await?))
 }
 
 /// Renames a sketch.
@@ -132,7 +132,7 @@ pub async fn read(app: App, Id(id): Id) -> Result<Json<ShapeDocument<SketchMeasu
     responses((status = 200, description = "the sketch, renamed", body = ShapeDocument<SketchMeasures>)),
 )]
 pub async fn rename(app: App, Id(id): Id, body: JsonBody) -> Result<Json<ShapeDocument<SketchMeasures>>, Problem> {
-    Ok(Json(shapes::renamed(&app, Kind::Sketch, &id, body).await?))
+    Ok(Json(shapes::renamed(&app, ShapeKind::Sketch, &id, body).await?))
 }
 
 /// Deletes a sketch, its file and its triangles. Matches it was part of stay.
@@ -144,5 +144,5 @@ pub async fn rename(app: App, Id(id): Id, body: JsonBody) -> Result<Json<ShapeDo
     ),
 )]
 pub async fn delete(app: App, Id(id): Id) -> Result<StatusCode, Problem> {
-    shapes::deleted(&app, Kind::Sketch, &id).await
+    shapes::deleted(&app, ShapeKind::Sketch, &id).await
 }

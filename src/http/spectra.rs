@@ -24,7 +24,7 @@ use crate::jobs::{Decomposition, Task};
 use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::spectral::{Boundary, Spectrum};
-use crate::store::{Kind, NewJob, Shape, SpectrumKey};
+use crate::store::{NewJob, Shape, ShapeKind, SpectrumKey};
 
 const DEFAULT_EIGENPAIRS: usize = 20;
 
@@ -79,7 +79,7 @@ pub async fn of_mesh(
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    Asked::new(&app, Kind::Mesh, id, query)?.answer(&app, headers).await
+    SpectrumOfShape::new(&app, ShapeKind::Mesh, id, query)?.answer(&app, headers).await
 }
 
 /// Answers the spectrum of a sketch, as that of a mesh.
@@ -97,12 +97,12 @@ pub async fn of_sketch(
     Query(query): Query<SpectrumQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    Asked::new(&app, Kind::Sketch, id, query)?.answer(&app, headers).await
+    SpectrumOfShape::new(&app, ShapeKind::Sketch, id, query)?.answer(&app, headers).await
 }
 
 /// One spectrum of one shape.
-pub(super) struct Asked {
-    pub kind: Kind,
+pub(super) struct SpectrumOfShape {
+    pub kind: ShapeKind,
     pub id: String,
     pub k: usize,
     pub boundary: Boundary,
@@ -122,19 +122,19 @@ pub(super) enum Found {
     Pending(Response),
 }
 
-impl Asked {
-    fn new(app: &App, kind: Kind, id: String, query: SpectrumQuery) -> Result<Asked, Problem> {
-        Asked::of(app, kind, id, query.k, query.boundary)
+impl SpectrumOfShape {
+    fn new(app: &App, kind: ShapeKind, id: String, query: SpectrumQuery) -> Result<SpectrumOfShape, Problem> {
+        SpectrumOfShape::of(app, kind, id, query.k, query.boundary)
     }
 
     /// So many pairs, 20 where nothing is said.
     pub fn of(
         app: &App,
-        kind: Kind,
+        kind: ShapeKind,
         id: String,
         k: Option<usize>,
         boundary: Option<Boundary>,
-    ) -> Result<Asked, Problem> {
+    ) -> Result<SpectrumOfShape, Problem> {
         let k = k.unwrap_or(DEFAULT_EIGENPAIRS);
         if k == 0 {
             return Err(Problem::refused("there is no such spectrum", vec![Fault::in_query("k", "k is from 1")]));
@@ -142,7 +142,7 @@ impl Asked {
         if k > app.config.max_eigenpairs {
             return Err(too_many(app.config.max_eigenpairs));
         }
-        Ok(Asked { kind, id, k, boundary: boundary.unwrap_or(Boundary::Neumann) })
+        Ok(SpectrumOfShape { kind, id, k, boundary: boundary.unwrap_or(Boundary::Neumann) })
     }
 
     async fn answer(self, app: &App, headers: HeaderMap) -> Result<Response, Problem> {
@@ -168,7 +168,7 @@ impl Asked {
     /// else it is queued.
     ///
     /// # Errors
-    /// 404 where there are not so many pairs, 422 where they are too large; as [`Asked::pending`].
+    /// 404 where there are not so many pairs, 422 where they are too large; as [`SpectrumOfShape::pending`].
     pub async fn found(&self, app: &App, numbers: usize) -> Result<Found, Problem> {
         let (shape, shape_hash) = self.figure(app, numbers).await?;
         let matched = shape.1.vertices.len();
@@ -194,8 +194,8 @@ impl Asked {
             spectrum.saturating_add(memory::of_numbers(shape.vertices, numbers))
         };
         let mesh = match self.kind {
-            Kind::Mesh => shapes::mesh(app, &self.id, besides).await?,
-            Kind::Sketch => {
+            ShapeKind::Mesh => shapes::mesh(app, &self.id, besides).await?,
+            ShapeKind::Sketch => {
                 let sketch = shapes::sketch(app, &self.id, besides).await?;
                 sketch.map(|sketch| FileMesh::from(sketch.mesh().clone()))
             }
@@ -219,7 +219,7 @@ impl Asked {
     /// # Errors
     /// The problem of a decomposition that failed lately; 503 where the queue is full.
     async fn pending(&self, app: &App) -> Result<Response, Problem> {
-        let Asked { kind, id, k, boundary } = self;
+        let SpectrumOfShape { kind, id, k, boundary } = self;
         let task = Decomposition { shape: id.clone(), kind: *kind, k: *k, boundary: *boundary };
         let payload = serde_json::to_string(&task).map_err(Problem::internal)?;
         if let Some(failure) = app.store.late_failure(&payload, FAILURE_STANDS).await? {

@@ -24,7 +24,7 @@ use crate::numerics::Unwatched;
 use crate::pipeline::outcome::MatchResult;
 use crate::pipeline::{Bases, Settings};
 use crate::sketch::{self, Canvas, Sketch};
-use crate::store::{self, Kind, SourceFile};
+use crate::store::{self, ShapeKind, SourceFile};
 use crate::transfer::request::{By, Given, Moved, Shape, TransferRequest};
 use crate::transfer::{by_map, by_points, faults, sketch_vertices, sketch_vertices_by_map};
 
@@ -48,7 +48,7 @@ pub async fn create(app: App, Id(id): Id, headers: HeaderMap, body: JsonBody) ->
     let (taken, read) = (body.bytes.len().saturating_mul(json::MEMORY_OF_TREE), body.clone());
     let request = app.with_memory(taken, move || json::parsed::<TransferRequest>(&read.bytes)).await??;
     let result = outcome(&app, resource::result::<Settings>(&app, &id).await?).await?;
-    let vertices = shapes::stored(&app, Kind::Mesh, &result.mesh).await?.vertices;
+    let vertices = shapes::stored(&app, ShapeKind::Mesh, &result.mesh).await?.vertices;
     let found = faults(&request, &result, vertices);
     if !found.is_empty() {
         return Err(unfit(found.into_iter().map(Fault::from).collect()));
@@ -146,7 +146,8 @@ impl Drawing {
     /// # Errors
     /// 422 where there is none.
     async fn of(app: &App, sketch: &str) -> Result<Drawing, Problem> {
-        let SourceFile { bytes, media_type } = app.store.file(Kind::Sketch, sketch).await?.ok_or_else(colourless)?;
+        let SourceFile { bytes, media_type } =
+            app.store.file(ShapeKind::Sketch, sketch).await?.ok_or_else(colourless)?;
         let kind = drawings::kind(&bytes, Some(&media_type))?;
         let memory = drawings::memory(&bytes, kind, &sketch::Config::default())?;
         Ok(Drawing { bytes, kind, memory })

@@ -153,7 +153,7 @@ mod tests {
     use crate::posing::WeightSource;
     use crate::sketch::{Sketch, YAxis};
     use crate::store::testing::fresh;
-    use crate::store::{Kind, Source};
+    use crate::store::{ShapeKind, Source};
 
     #[tokio::test(flavor = "multi_thread")]
     async fn what_a_match_is_looked_at_by_goes_with_its_shapes() {
@@ -167,7 +167,7 @@ mod tests {
         let found = thread::scope(|scope| scope.spawn(asked).join()).unwrap();
         let key = SpectrumKey { shape_hash: flat.content_hash(), boundary: Boundary::Neumann };
         assert_eq!(store.spectrum(&key, 5).await.unwrap().as_ref(), Some(&*found));
-        store.delete_shape(Kind::Sketch, &sketch).await.unwrap();
+        store.delete_shape(ShapeKind::Sketch, &sketch).await.unwrap();
         assert_eq!(store.spectrum(&key, 5).await.unwrap(), None);
     }
 

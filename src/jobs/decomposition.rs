@@ -7,14 +7,14 @@ use crate::mesh::figure::Figure;
 use crate::mesh::file_mesh::FileMesh;
 use crate::pipeline::Spectra;
 use crate::spectral::Boundary;
-use crate::store;
+use crate::store::ShapeKind;
 
 /// Which spectrum: that of a stored shape's largest component.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Decomposition {
     /// Id of the shape.
     pub shape: String,
-    pub kind: store::Kind,
+    pub kind: ShapeKind,
     /// Number of eigenpairs.
     pub k: usize,
     pub boundary: Boundary,
@@ -39,8 +39,8 @@ impl Task for Decomposition {
 
     fn shapes(&self) -> [Option<&str>; 2] {
         match self.kind {
-            store::Kind::Mesh => [Some(&self.shape), None],
-            store::Kind::Sketch => [None, Some(&self.shape)],
+            ShapeKind::Mesh => [Some(&self.shape), None],
+            ShapeKind::Sketch => [None, Some(&self.shape)],
         }
     }
 
@@ -51,8 +51,8 @@ impl Task for Decomposition {
     fn run(self, _: &str, bench: &Bench, progress: &Progress) -> Result<Eigenvalues, Failure> {
         let Decomposition { shape, kind, k, boundary } = self;
         let mesh = match kind {
-            store::Kind::Mesh => bench.answer(bench.store.mesh(&shape), progress)?,
-            store::Kind::Sketch => {
+            ShapeKind::Mesh => bench.answer(bench.store.mesh(&shape), progress)?,
+            ShapeKind::Sketch => {
                 let sketch = bench.answer(bench.store.sketch(&shape), progress)?;
                 sketch.map(|sketch| FileMesh::from(sketch.mesh().clone()))
             }

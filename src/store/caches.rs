@@ -96,7 +96,7 @@ mod tests {
 
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::store::Kind;
+    use crate::store::ShapeKind;
     use crate::store::testing::{Place, on_every_database, source};
 
     async fn mesh(store: &Store, file: &'static str) -> String {
@@ -121,7 +121,7 @@ mod tests {
             names.sort();
             names
         };
-        store.delete_shape(Kind::Mesh, &one).await.unwrap();
+        store.delete_shape(ShapeKind::Mesh, &one).await.unwrap();
         assert_eq!(kept().await, ["spectra/both", "spectra/none"]);
         // A job that was cancelled and goes on for a moment leaves nothing behind.
         store.put_cached("spectra/late", "l", Some(&one)).await.unwrap();

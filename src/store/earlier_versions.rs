@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::blobs::Blobs;
 use super::testing::{ALL, source};
-use super::{BlobUrl, Config, Kind, Remembered, State, Store, StoreError, database, geometry};
+use super::{BlobUrl, Config, Remembered, ShapeKind, State, Store, StoreError, database, geometry};
 use crate::mesh::TriangleMesh;
 use crate::sketch::{Sketch, YAxis};
 
@@ -102,15 +102,15 @@ async fn answers_under_a_key_are_remembered_still() {
 async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     let (directory, mesh, sketch) = directory_by_geometry().await;
     let store = open(&directory).await;
-    let shape = store.shape(Kind::Mesh, &mesh).await.unwrap().unwrap();
+    let shape = store.shape(ShapeKind::Mesh, &mesh).await.unwrap().unwrap();
     assert_eq!((shape.name.as_deref(), &shape.body), (Some("old"), &json!({"vertices": 3, "triangles": 1})));
     assert_eq!((shape.vertices, shape.triangles), (3, 1));
     // What was told of the sketch says nothing of its triangles.
-    let told = store.shape(Kind::Sketch, &sketch).await.unwrap().unwrap();
+    let told = store.shape(ShapeKind::Sketch, &sketch).await.unwrap().unwrap();
     assert_eq!((told.vertices, told.triangles), (3, 0));
     assert_eq!(store.mesh(&mesh).await.unwrap(), Some(triangle().into()));
     assert_eq!(store.sketch(&sketch).await.unwrap(), Some(drawing()));
-    assert_eq!(store.file(Kind::Mesh, &mesh).await.unwrap(), None);
+    assert_eq!(store.file(ShapeKind::Mesh, &mesh).await.unwrap(), None);
     assert_eq!(store.result("done").await.unwrap(), Some(Bytes::from_static(br#"{"c": 1}"#)));
     assert!(matches!(store.result("cut").await, Err(StoreError::LostResult { .. })));
     for cache in ["spectra", "preparations"] {
@@ -124,6 +124,6 @@ async fn shapes_named_by_their_geometry_keep_their_names_and_their_matches() {
     // The same geometry comes again: another shape, with its file, beside the old one.
     let (again, new) = store.insert_mesh(triangle().into(), source("v"), None, json!({})).await.unwrap();
     assert!(new && again.id != mesh, "{again:?}");
-    assert_eq!(store.shape(Kind::Mesh, &mesh).await.unwrap(), Some(shape));
-    assert!(store.file(Kind::Mesh, &again.id).await.unwrap().is_some());
+    assert_eq!(store.shape(ShapeKind::Mesh, &mesh).await.unwrap(), Some(shape));
+    assert!(store.file(ShapeKind::Mesh, &again.id).await.unwrap().is_some());
 }

@@ -4,7 +4,7 @@ use bytes::Bytes;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors};
 
 use super::tensors::{self, Array};
-use super::{Kind, StoreError};
+use super::{ShapeKind, StoreError};
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::sound::Sound;
@@ -21,7 +21,7 @@ pub(super) struct Encoded {
     pub matched: usize,
 }
 
-fn name(kind: Kind, content: blake3::Hash) -> String {
+fn name(kind: ShapeKind, content: blake3::Hash) -> String {
     format!("{}_{}", kind.as_str(), &content.to_hex()[..32])
 }
 
@@ -57,7 +57,7 @@ pub(super) fn of_mesh(mesh: &FileMesh) -> Result<Encoded, StoreError> {
         arrays.push(Array::of_u32(DECIMATED, vec![1, 1], std::iter::once(u32::from(*decimated))));
     }
     let (vertices, triangles) = (positions.len(), triangles.len());
-    let (name, bytes) = encoded(name(Kind::Mesh, mesh.content_hash()), &arrays, None)?;
+    let (name, bytes) = encoded(name(ShapeKind::Mesh, mesh.content_hash()), &arrays, None)?;
     Ok(Encoded { name, bytes, vertices, triangles, matched: mesh.sound().positions().len() })
 }
 
@@ -71,7 +71,7 @@ pub(super) fn of_sketch(sketch: &Sketch) -> Result<Encoded, StoreError> {
         arrays.push(Array::of_u32(LENGTHS, vec![strokes.len(), 1], strokes.iter().map(|line| line.len() as u32)));
     }
     let note = (Y_AXIS, y_axis_name(sketch.y_axis()));
-    let (name, bytes) = encoded(name(Kind::Sketch, sketch.content_hash()), &arrays, Some(note))?;
+    let (name, bytes) = encoded(name(ShapeKind::Sketch, sketch.content_hash()), &arrays, Some(note))?;
     let vertices = positions.len();
     Ok(Encoded { name, bytes, vertices, triangles: triangles.len(), matched: vertices })
 }
@@ -94,7 +94,7 @@ fn encoded(name: String, arrays: &[Array], note: Option<(&str, &str)>) -> Result
 pub(super) fn mesh(geometry: &str, bytes: &[u8]) -> Result<FileMesh, String> {
     let (positions, triangles) = arrays(bytes).map_err(|error| error.to_string())?;
     let mends = mends(bytes).map_err(|error| error.to_string())?;
-    let mesh = FileMesh::recognised(positions, triangles, mends, |content| name(Kind::Mesh, content) == geometry);
+    let mesh = FileMesh::recognised(positions, triangles, mends, |content| name(ShapeKind::Mesh, content) == geometry);
     mesh.ok_or_else(|| UNRECOGNISED.to_owned())
 }
 
@@ -130,7 +130,7 @@ pub(super) fn sketch(geometry: &str, bytes: &[u8]) -> Result<Sketch, String> {
     let mesh = TriangleMesh::new(positions, triangles).map_err(|refusal| refusal.to_string())?;
     let sketch = Sketch::new(mesh, y_axis).map_err(|refusal| refusal.to_string())?;
     let sketch = sketch.with_strokes(strokes(bytes).map_err(|error| error.to_string())?);
-    if name(Kind::Sketch, sketch.content_hash()) == geometry { Ok(sketch) } else { Err(UNRECOGNISED.to_owned()) }
+    if name(ShapeKind::Sketch, sketch.content_hash()) == geometry { Ok(sketch) } else { Err(UNRECOGNISED.to_owned()) }
 }
 
 /// The lines within a sketch; none where a blob has none.

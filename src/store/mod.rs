@@ -60,7 +60,7 @@ pub use page::Page;
 pub use place::{BlobUrl, Config, DatabaseUrl};
 pub use queue::{LEASE, MAX_TRIES};
 pub use retention::{Gone, Retention};
-pub use shapes::{Deletion, Kind, Shape, SourceFile};
+pub use shapes::{Deletion, Shape, ShapeKind, SourceFile};
 pub use spectra::SpectrumKey;
 pub use uploads::{Source, Unkept};
 pub use usage::Usage;

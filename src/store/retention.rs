@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use sqlx::Row;
 
-use super::{Deletion, Kind, MEMORY, Shape, Store, StoreError, milliseconds};
+use super::{Deletion, MEMORY, Shape, ShapeKind, Store, StoreError, milliseconds};
 use crate::access::Tenant;
 
 /// How long things are kept; for ever where nothing is said.
@@ -105,8 +105,11 @@ impl Store {
             let over = sqlx::query(sql).bind(keep_ms).bind(BATCH).fetch_all(&self.pool).await?;
             for row in &over {
                 let tenant: Tenant = row.try_get::<&str, _>("tenant")?.parse().map_err(sqlx::Error::decode)?;
-                let kind =
-                    if row.try_get::<&str, _>("kind")? == Kind::Mesh.as_str() { Kind::Mesh } else { Kind::Sketch };
+                let kind = if row.try_get::<&str, _>("kind")? == ShapeKind::Mesh.as_str() {
+                    ShapeKind::Mesh
+                } else {
+                    ShapeKind::Sketch
+                };
                 let id = row.try_get("id")?;
                 // Unless it was asked for again meanwhile.
                 let deletion = self.of(&tenant).delete_shape_unused(kind, id, Some(keep_ms)).await?;
@@ -258,6 +261,6 @@ mod tests {
         assert_eq!(store.let_go(&Retention::default()).await.unwrap().uploads, 0);
         age(&store, "UPDATE shapes SET expires_ms = expires_ms - 3600000").await;
         assert_eq!(store.let_go(&Retention::default()).await.unwrap().uploads, 1);
-        assert_eq!(store.shapes(Kind::Mesh, &Page { after: None, limit: 9 }).await.unwrap().len(), 1);
+        assert_eq!(store.shapes(ShapeKind::Mesh, &Page { after: None, limit: 9 }).await.unwrap().len(), 1);
     }
 }

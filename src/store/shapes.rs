@@ -11,17 +11,17 @@ use crate::sketch::Sketch;
 /// What was uploaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum ShapeKind {
     Mesh,
     Sketch,
 }
 
-impl Kind {
-    /// The name it is stored under, and how its ids begin.
+impl ShapeKind {
+    /// The noun in messages, the name it is stored under, and how its ids begin.
     pub const fn as_str(self) -> &'static str {
         match self {
-            Kind::Mesh => "mesh",
-            Kind::Sketch => "sketch",
+            ShapeKind::Mesh => "mesh",
+            ShapeKind::Sketch => "sketch",
         }
     }
 }
@@ -49,7 +49,7 @@ pub struct SourceFile {
 pub struct Shape {
     /// The kind, an underscore and 32 hexadecimal digits; opaque.
     pub id: String,
-    pub kind: Kind,
+    pub kind: ShapeKind,
     /// What it was called last.
     pub name: Option<String>,
     /// What its GET answers.
@@ -99,7 +99,7 @@ impl<'r> FromRow<'r, AnyRow> for Shape {
         let (vertices, matched) = (size("vertices")?, size("matched")?);
         Ok(Shape {
             id: row.try_get("id")?,
-            kind: if kind == Kind::Sketch.as_str() { Kind::Sketch } else { Kind::Mesh },
+            kind: if kind == ShapeKind::Sketch.as_str() { ShapeKind::Sketch } else { ShapeKind::Mesh },
             name: row.try_get("name")?,
             body: serde_json::from_str(row.try_get("body")?).map_err(sqlx::Error::decode)?,
             vertices,
@@ -120,7 +120,7 @@ impl Store {
     ///
     /// # Errors
     /// What the database said.
-    pub async fn rename(&self, kind: Kind, id: &str, name: Option<&str>) -> Result<Option<Shape>, StoreError> {
+    pub async fn rename(&self, kind: ShapeKind, id: &str, name: Option<&str>) -> Result<Option<Shape>, StoreError> {
         let sql = "UPDATE shapes SET name = $3 WHERE id = $1 AND kind = $2 AND tenant = $4";
         let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(self.tenant.as_str());
         query.execute(&self.pool).await?;
@@ -132,7 +132,7 @@ impl Store {
     ///
     /// # Errors
     /// What the database or the disk said.
-    pub async fn delete_shape(&self, kind: Kind, id: &str) -> Result<Deletion, StoreError> {
+    pub async fn delete_shape(&self, kind: ShapeKind, id: &str) -> Result<Deletion, StoreError> {
         self.delete_shape_unused(kind, id, None).await
     }
 
@@ -140,7 +140,7 @@ impl Store {
     /// milliseconds.
     pub(super) async fn delete_shape_unused(
         &self,
-        kind: Kind,
+        kind: ShapeKind,
         id: &str,
         within_ms: Option<i64>,
     ) -> Result<Deletion, StoreError> {
@@ -185,7 +185,7 @@ impl Store {
     ///
     /// # Errors
     /// What the database said.
-    pub async fn shape(&self, kind: Kind, id: &str) -> Result<Option<Shape>, StoreError> {
+    pub async fn shape(&self, kind: ShapeKind, id: &str) -> Result<Option<Shape>, StoreError> {
         if !is_text(id) {
             return Ok(None);
         }
@@ -198,7 +198,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Cursor`], or what the database said.
-    pub async fn shapes(&self, kind: Kind, page: &Page) -> Result<Vec<Shape>, StoreError> {
+    pub async fn shapes(&self, kind: ShapeKind, page: &Page) -> Result<Vec<Shape>, StoreError> {
         let (created_ms, id) = page.bound()?;
         let sql = format!(
             "SELECT {} FROM shapes WHERE tenant = $5 AND kind = $1 AND (created_ms, id) < ($2, $3) \
@@ -214,7 +214,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::DamagedShape`]; what the database or the disk said.
-    pub async fn file(&self, kind: Kind, id: &str) -> Result<Option<SourceFile>, StoreError> {
+    pub async fn file(&self, kind: ShapeKind, id: &str) -> Result<Option<SourceFile>, StoreError> {
         let Some(shape) = self.shape(kind, id).await? else { return Ok(None) };
         let Some((name, media_type)) = &shape.file else { return Ok(None) };
         let bytes = self.blobs.read(name).await.and_then(there).map_err(|error| shape.damaged_by(error))?;
@@ -226,7 +226,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::DamagedShape`]; what the database or the disk said.
     pub async fn mesh(&self, id: &str) -> Result<Option<FileMesh>, StoreError> {
-        self.geometry(Kind::Mesh, id, geometry::mesh).await
+        self.geometry(ShapeKind::Mesh, id, geometry::mesh).await
     }
 
     /// The geometry of a sketch, if there is one with this id.
@@ -234,12 +234,12 @@ impl Store {
     /// # Errors
     /// [`StoreError::DamagedShape`]; what the database or the disk said.
     pub async fn sketch(&self, id: &str) -> Result<Option<Sketch>, StoreError> {
-        self.geometry(Kind::Sketch, id, geometry::sketch).await
+        self.geometry(ShapeKind::Sketch, id, geometry::sketch).await
     }
 
     async fn geometry<T: Send + 'static>(
         &self,
-        kind: Kind,
+        kind: ShapeKind,
         id: &str,
         decode: fn(&str, &[u8]) -> Result<T, String>,
     ) -> Result<Option<T>, StoreError> {

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
     use crate::store::testing::{ALL, Place, on_every_database, source};
-    use crate::store::{Config, Deletion, Kind, NewJob, Page, Places, Remembered, State, Submitted, database};
+    use crate::store::{Config, Deletion, NewJob, Page, Places, Remembered, ShapeKind, State, Submitted, database};
 
     const WHOLE: Page = Page { after: None, limit: 100 };
     const PLACES: Places = Places { queue: 9, of_kind: 9 };
@@ -77,19 +77,19 @@ mod tests {
         ids.dedup();
         assert_eq!(ids.len(), 3, "{ids:?}");
         for (tenant, id) in tenants(&store).iter().zip(&ids) {
-            assert_eq!(tenant.shapes(Kind::Mesh, &WHOLE).await.unwrap().len(), 1);
+            assert_eq!(tenant.shapes(ShapeKind::Mesh, &WHOLE).await.unwrap().len(), 1);
             for other in ids.iter().filter(|other| *other != id) {
-                assert_eq!(tenant.shape(Kind::Mesh, other).await.unwrap(), None);
+                assert_eq!(tenant.shape(ShapeKind::Mesh, other).await.unwrap(), None);
                 assert_eq!(tenant.mesh(other).await.unwrap(), None);
-                assert_eq!(tenant.rename(Kind::Mesh, other, Some("mine")).await.unwrap(), None);
-                assert_eq!(tenant.delete_shape(Kind::Mesh, other).await.unwrap(), Deletion::Missing);
+                assert_eq!(tenant.rename(ShapeKind::Mesh, other, Some("mine")).await.unwrap(), None);
+                assert_eq!(tenant.delete_shape(ShapeKind::Mesh, other).await.unwrap(), Deletion::Missing);
                 let job = NewJob { mesh: Some(other), ..NewJob::of("match", "{}") };
                 assert_eq!(tenant.submit(&job, PLACES).await.unwrap(), Submitted::Gone);
             }
         }
         for (tenant, id) in tenants(&store).iter().zip(&ids) {
             assert_eq!(tenant.mesh(id).await.unwrap(), Some(triangle().into()));
-            assert_eq!(tenant.delete_shape(Kind::Mesh, id).await.unwrap(), Deletion::Done);
+            assert_eq!(tenant.delete_shape(ShapeKind::Mesh, id).await.unwrap(), Deletion::Done);
         }
     }
 
@@ -159,8 +159,8 @@ mod tests {
         }
         pool.close().await;
         let [default, acme, _] = tenants(&Store::open(&Config::local(directory.path().join("data"))).await.unwrap());
-        assert!(default.shape(Kind::Mesh, "mesh_1").await.unwrap().is_some());
+        assert!(default.shape(ShapeKind::Mesh, "mesh_1").await.unwrap().is_some());
         assert_eq!(default.job("1").await.unwrap().unwrap().state, State::Queued);
-        assert_eq!((acme.shape(Kind::Mesh, "mesh_1").await.unwrap(), acme.job("1").await.unwrap()), (None, None));
+        assert_eq!((acme.shape(ShapeKind::Mesh, "mesh_1").await.unwrap(), acme.job("1").await.unwrap()), (None, None));
     }
 }

@@ -108,7 +108,7 @@ async fn a_shared_database_of_the_version_before_is_brought_up_to_date() {
     sqlx::query(sql).execute(&pool).await.unwrap();
     pool.close().await;
     let store = Store::open(&config).await.unwrap();
-    assert!(store.shape(Kind::Mesh, "mesh_1").await.unwrap().is_some());
+    assert!(store.shape(ShapeKind::Mesh, "mesh_1").await.unwrap().is_some());
     let blob = "SELECT geometry_blob FROM shapes";
     let blob: String = sqlx::query_scalar(blob).fetch_one(&store.pool).await.unwrap();
     assert_eq!(blob, "shapes/mesh_2.safetensors");

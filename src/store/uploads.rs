@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::geometry::{self, Encoded};
 use super::queue::enqueue;
-use super::shapes::{Kind, Shape};
+use super::shapes::{Shape, ShapeKind};
 use super::{NewJob, Places, Store, StoreError, Submitted, blocking};
 use crate::access::Tenant;
 use crate::mesh::file_mesh::FileMesh;
@@ -28,7 +28,7 @@ impl Source {
     /// and of the geometry that was read, so that an id stands for one geometry even where another version of this
     /// program reads the file otherwise. Every tenant has a hash of its own, the default one that of before there were
     /// tenants.
-    fn id(&self, kind: Kind, geometry: &str, tenant: &Tenant) -> String {
+    fn id(&self, kind: ShapeKind, geometry: &str, tenant: &Tenant) -> String {
         let mut hasher = if *tenant == Tenant::default() {
             blake3::Hasher::new()
         } else {
@@ -46,7 +46,7 @@ impl Source {
 pub struct Unkept {
     id: String,
     tenant: Tenant,
-    kind: Kind,
+    kind: ShapeKind,
     geometry: Encoded,
     source: Source,
     /// What is told of it.
@@ -67,7 +67,7 @@ impl Unkept {
     /// Names a shape of a tenant, whose geometry `encode` takes its time to write.
     async fn of(
         tenant: &Tenant,
-        kind: Kind,
+        kind: ShapeKind,
         encode: impl FnOnce() -> Result<Encoded, StoreError> + Send + 'static,
         source: Source,
         body: Value,
@@ -102,7 +102,7 @@ impl Store {
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        self.insert(Kind::Mesh, move || geometry::of_mesh(&mesh), source, name, body).await
+        self.insert(ShapeKind::Mesh, move || geometry::of_mesh(&mesh), source, name, body).await
     }
 
     /// Keeps a sketch as [`insert_mesh`](Self::insert_mesh) keeps a mesh.
@@ -116,7 +116,7 @@ impl Store {
         name: Option<&str>,
         body: Value,
     ) -> Result<(Shape, bool), StoreError> {
-        self.insert(Kind::Sketch, move || geometry::of_sketch(&sketch), source, name, body).await
+        self.insert(ShapeKind::Sketch, move || geometry::of_sketch(&sketch), source, name, body).await
     }
 
     /// A sketch that was drawn in a request, as [`insert_sketch`](Self::insert_sketch) would keep it.
@@ -124,13 +124,13 @@ impl Store {
     /// # Errors
     /// Where its geometry cannot be written.
     pub async fn unkept(&self, sketch: Sketch, source: Source, body: Value) -> Result<Unkept, StoreError> {
-        Unkept::of(&self.tenant, Kind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
+        Unkept::of(&self.tenant, ShapeKind::Sketch, move || geometry::of_sketch(&sketch), source, body).await
     }
 
     /// Keeps a shape whose geometry `encode` takes its time to write.
     async fn insert(
         &self,
-        kind: Kind,
+        kind: ShapeKind,
         encode: impl FnOnce() -> Result<Encoded, StoreError> + Send + 'static,
         source: Source,
         name: Option<&str>,

@@ -6,11 +6,11 @@ use crate::store::{Lease, Room};
 pub(super) struct Admission {
     /// Bytes of memory for all jobs together; one that takes more runs alone.
     memory: u64,
-    taken: Mutex<Taken>,
+    running: Mutex<Running>,
 }
 
 #[derive(Default)]
-struct Taken {
+struct Running {
     jobs: usize,
     memory: u64,
     by_suspect: bool,
@@ -24,37 +24,37 @@ pub(super) struct Admitted {
 
 impl Admission {
     pub fn new(memory: u64) -> Admission {
-        Admission { memory, taken: Mutex::default() }
+        Admission { memory, running: Mutex::default() }
     }
 
-    fn taken(&self) -> MutexGuard<'_, Taken> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+    fn running(&self) -> MutexGuard<'_, Running> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is free for another job; nothing while a suspect runs.
     pub fn room(&self) -> Option<Room> {
-        let taken = self.taken();
-        let room = Room { memory: self.memory.saturating_sub(taken.memory), alone: taken.jobs == 0 };
-        (!taken.by_suspect).then_some(room)
+        let running = self.running();
+        let room = Room { memory: self.memory.saturating_sub(running.memory), alone: running.jobs == 0 };
+        (!running.by_suspect).then_some(room)
     }
 
     /// Takes the room of a job that was claimed.
     pub fn admit(self: &Arc<Admission>, lease: &Lease) -> Admitted {
-        let mut taken = self.taken();
-        taken.jobs += 1;
-        taken.memory = taken.memory.saturating_add(lease.memory);
-        taken.by_suspect |= lease.suspect;
+        let mut running = self.running();
+        running.jobs += 1;
+        running.memory = running.memory.saturating_add(lease.memory);
+        running.by_suspect |= lease.suspect;
         Admitted { admission: self.clone(), memory: lease.memory }
     }
 }
 
 impl Drop for Admitted {
     fn drop(&mut self) {
-        let mut taken = self.admission.taken();
-        taken.jobs -= 1;
-        taken.memory = taken.memory.saturating_sub(self.memory);
+        let mut running = self.admission.running();
+        running.jobs -= 1;
+        running.memory = running.memory.saturating_sub(self.memory);
         // A suspect has nothing beside it.
-        taken.by_suspect = false;
+        running.by_suspect = false;
     }
 }
 

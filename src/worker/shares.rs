@@ -7,14 +7,14 @@ use crate::jobs::{KINDS, Kind};
 /// How the threads are shared by the kinds of jobs, so that many of one kind do not keep those of another waiting.
 pub(super) struct Shares {
     threads: usize,
-    taken: Mutex<Taken>,
+    in_use: Mutex<InUse>,
     /// Told when a share is given back.
     pub freed: Notify,
 }
 
-/// What is taken by each kind, in the order of their list.
+/// Threads in use for each kind, in the order of their list.
 #[derive(Clone, Copy, Default)]
-struct Taken {
+struct InUse {
     threads: [usize; KINDS.len()],
     /// When a thread was taken last, as the number of that taking; 0 where none was.
     last: [u64; KINDS.len()],
@@ -33,17 +33,17 @@ fn place(kind: &Kind) -> usize {
 
 impl Shares {
     pub fn new(threads: usize) -> Shares {
-        Shares { threads, taken: Mutex::default(), freed: Notify::new() }
+        Shares { threads, in_use: Mutex::default(), freed: Notify::new() }
     }
 
-    fn taken(&self) -> MutexGuard<'_, Taken> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+    fn in_use(&self) -> MutexGuard<'_, InUse> {
+        self.in_use.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The names of the kinds that a free thread may take up, the one whose turn it is first: the one that has fewest
     /// threads, else the one that was taken longest ago. Those that have all the threads they may have are left out.
     pub fn turn(&self) -> Vec<&'static str> {
-        let Taken { threads, last } = *self.taken();
+        let InUse { threads, last } = *self.in_use();
         let mut places: Vec<usize> =
             (0..KINDS.len()).filter(|&i| threads[i] < KINDS[i].threads(self.threads)).collect();
         places.sort_by_key(|&i| (threads[i], last[i]));
@@ -52,17 +52,17 @@ impl Shares {
 
     /// Takes a thread for a job of this kind.
     pub fn take(self: &Arc<Shares>, kind: &Kind) -> Share {
-        let (place, mut taken) = (place(kind), self.taken());
-        taken.threads[place] += 1;
-        taken.last[place] = 1 + taken.last.iter().max().copied().unwrap_or(0);
-        drop(taken);
+        let (place, mut in_use) = (place(kind), self.in_use());
+        in_use.threads[place] += 1;
+        in_use.last[place] = 1 + in_use.last.iter().max().copied().unwrap_or(0);
+        drop(in_use);
         Share { shares: self.clone(), place }
     }
 }
 
 impl Drop for Share {
     fn drop(&mut self) {
-        self.shares.taken().threads[self.place] -= 1;
+        self.shares.in_use().threads[self.place] -= 1;
         self.shares.freed.notify_one();
     }
 }

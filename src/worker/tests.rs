@@ -13,7 +13,7 @@ use crate::pipeline::Settings;
 use crate::posing::request::PoseRequest;
 use crate::spectral::Boundary;
 use crate::store::testing::{ALL, Place, fresh, make_rests_short, source};
-use crate::store::{Job, Kind, NewJob, Places, SpectrumKey, State, Submitted};
+use crate::store::{Job, NewJob, Places, ShapeKind, SpectrumKey, State, Submitted};
 
 const MATCH: &str = Settings::NAME;
 const SPECTRUM: &str = Decomposition::NAME;
@@ -323,7 +323,7 @@ fn octahedron() -> TriangleMesh {
 async fn a_spectrum_is_computed_and_kept() {
     let running = Running::for_real().await;
     let (shape, _) = running.store.insert_mesh(octahedron().into(), source(""), None, json!({})).await.unwrap();
-    let task = Decomposition { shape: shape.id, kind: Kind::Mesh, k: 4, boundary: Boundary::Neumann };
+    let task = Decomposition { shape: shape.id, kind: ShapeKind::Mesh, k: 4, boundary: Boundary::Neumann };
     let job = running.submit_of(SPECTRUM, json!(task)).await;
     running.reaches(&job, State::Succeeded).await;
     let result = running.store.result(&job).await.unwrap().unwrap();
@@ -340,7 +340,7 @@ async fn a_spectrum_is_computed_and_kept() {
 async fn a_spectrum_that_cannot_be_is_refused_with_the_reason() {
     let running = Running::for_real().await;
     let (shape, _) = running.store.insert_mesh(octahedron().into(), source(""), None, json!({})).await.unwrap();
-    let too_long = Decomposition { shape: shape.id, kind: Kind::Mesh, k: 7, boundary: Boundary::Neumann };
+    let too_long = Decomposition { shape: shape.id, kind: ShapeKind::Mesh, k: 7, boundary: Boundary::Neumann };
     let nobody = Decomposition { shape: "mesh_nobody".to_owned(), ..too_long.clone() };
     for (task, reason) in [(too_long, "7 eigenfunctions"), (nobody, "no mesh mesh_nobody")] {
         let job = running.submit_of(SPECTRUM, json!(task)).await;

@@ -9,7 +9,7 @@ use reqwest::RequestBuilder;
 use serde_json::{Value, json};
 use sketchmatch::http::Config;
 use sketchmatch::http::admission::Admission;
-use sketchmatch::http::limits::Limits;
+use sketchmatch::http::limits::TenantLimits;
 
 use crate::drawings;
 use crate::poses::{bend, corners};
@@ -278,7 +278,7 @@ async fn statuses(request: RequestBuilder, times: usize) -> Vec<u16> {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_tenant_that_takes_all_it_may_holds_up_itself_alone() {
-    let tenant_limits = Limits { queued_jobs: Some(2), stored_bytes: Some(40_000), ..Limits::default() };
+    let tenant_limits = TenantLimits { queued_jobs: Some(2), stored_bytes: Some(40_000), ..TenantLimits::default() };
     let admission = Admission::Keyholders(None);
     let server = Server::idle(Config { admission, tenant_limits, ..Config::default() }).await;
     for tenant in ["acme", "umbrella"] {
@@ -317,7 +317,7 @@ async fn a_tenant_that_takes_all_it_may_holds_up_itself_alone() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn requests_of_one_tenant_have_a_pace() {
-    let tenant_limits = Limits { requests_per_second: NonZeroU32::new(1), ..Limits::default() };
+    let tenant_limits = TenantLimits { requests_per_second: NonZeroU32::new(1), ..TenantLimits::default() };
     let admission = Admission::Keyholders(None);
     let server = Server::idle(Config { admission, tenant_limits, ..Config::default() }).await;
     let (key, _) = server.key("acme", "read,write", None).await;
@@ -341,7 +341,7 @@ async fn requests_of_one_tenant_have_a_pace() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn streams_and_waits_of_one_tenant_leave_room_for_others() {
-    let tenant_limits = Limits { open_requests: Some(2), ..Limits::default() };
+    let tenant_limits = TenantLimits { open_requests: Some(2), ..TenantLimits::default() };
     let admission = Admission::Keyholders(None);
     let mut server = Server::idle(Config { admission, tenant_limits, ..Config::default() }).await;
     let (key, _) = server.key("acme", "read,write", None).await;

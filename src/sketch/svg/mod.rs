@@ -1,6 +1,5 @@
 //! SVG documents as they are shown.
 
-mod bounds;
 mod calls;
 mod colours;
 mod encoding;
@@ -8,6 +7,7 @@ mod hairlines;
 mod ignored;
 mod nesting;
 mod painting;
+mod parsing;
 mod snippet;
 mod style;
 mod transforms;
@@ -46,7 +46,7 @@ pub(super) fn canvas(bytes: &[u8], config: &Config) -> Result<(Canvas, Ignored),
     let text = colours::plain(&text);
     let text = transforms::plain(&text);
     let text = unscaled::spelled_out(&text)?;
-    let document = bounds::parsed(&text)?;
+    let document = parsing::parsed(&text)?;
     let tree = tree(&document)?;
     let view = View::of(&document, tree.size());
     let ignored = Ignored::of(&document, view.is_turned);

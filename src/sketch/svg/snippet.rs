@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use super::bounds::entities;
+use super::parsing::entities;
 
 /// The prefix that elements refer with, and its namespace.
 const LINKS: (&str, &str) = ("xlink", "http://www.w3.org/1999/xlink");

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use usvg::roxmltree::Node;
 
-use super::bounds;
+use super::parsing;
 use super::style::property;
 use super::view::View;
 use crate::sketch::reading::canvas::LONGEST_SIDE;
@@ -23,12 +23,12 @@ const SHAPES: [&str; 7] = ["path", "line", "polyline", "polygon", "rect", "circl
 /// of a style sheet.
 ///
 /// # Errors
-/// What [`bounds::parsed`] and [`super::tree`] refuse.
+/// What [`parsing::parsed`] and [`super::tree`] refuse.
 pub(super) fn spelled_out(text: &str) -> Result<Cow<'_, str>, Refusal> {
     if !text.contains(EFFECT) {
         return Ok(Cow::Borrowed(text));
     }
-    let document = bounds::parsed(text)?;
+    let document = parsing::parsed(text)?;
     let (root, tree) = (document.root_element(), super::tree(&document)?);
     let is_sized = ["width", "height"].iter().any(|side| root.attribute(*side).is_some_and(|size| !size.contains('%')));
     // A document without a size of its own is as large as its page.

@@ -37,13 +37,13 @@ async fn an_upload_is_kept_whole_and_once() {
     assert_eq!((&again, new), (&shape, false));
     drop(store);
     let store = open(&directory).await;
-    assert_eq!(store.shape(Kind::Mesh, &shape.id).await.unwrap().as_ref(), Some(&shape));
+    assert_eq!(store.shape(ShapeKind::Mesh, &shape.id).await.unwrap().as_ref(), Some(&shape));
     assert_eq!(store.mesh(&shape.id).await.unwrap(), Some(square(0.1)));
     let file = SourceFile { bytes: Bytes::from("a"), media_type: "model/obj".to_owned() };
-    assert_eq!(store.file(Kind::Mesh, &shape.id).await.unwrap(), Some(file));
+    assert_eq!(store.file(ShapeKind::Mesh, &shape.id).await.unwrap(), Some(file));
     assert_eq!(store.sketch(&shape.id).await.unwrap(), None);
-    assert_eq!(store.shape(Kind::Sketch, &shape.id).await.unwrap(), None);
-    assert_eq!(store.file(Kind::Sketch, &shape.id).await.unwrap(), None);
+    assert_eq!(store.shape(ShapeKind::Sketch, &shape.id).await.unwrap(), None);
+    assert_eq!(store.file(ShapeKind::Sketch, &shape.id).await.unwrap(), None);
 }
 
 #[tokio::test]
@@ -110,7 +110,7 @@ async fn a_shape_without_its_blobs_is_damaged() {
         store.blobs.delete(&shape.geometry_blob).await.unwrap();
         store.blobs.delete(&shape.file.as_ref().unwrap().0).await.unwrap();
         assert!(matches!(store.mesh(&shape.id).await, Err(StoreError::DamagedShape { .. })));
-        assert!(matches!(store.file(Kind::Mesh, &shape.id).await, Err(StoreError::DamagedShape { .. })));
+        assert!(matches!(store.file(ShapeKind::Mesh, &shape.id).await, Err(StoreError::DamagedShape { .. })));
     })
     .await;
 }
@@ -135,13 +135,13 @@ async fn pages_go_from_the_newest_to_the_oldest() {
             store.insert_mesh(square(f64::from(x)), source("a"), None, json!({})).await.unwrap();
         }
         store.insert_sketch(drawing(YAxis::Up), source("a"), None, json!({})).await.unwrap();
-        let whole = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
+        let whole = store.shapes(ShapeKind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
         assert_eq!(whole.len(), 5);
         assert!(whole.is_sorted_by_key(|shape| std::cmp::Reverse((shape.created_ms, shape.id.clone()))));
         let mut paged = Vec::new();
         let mut after = None;
         loop {
-            let page = store.shapes(Kind::Mesh, &Page { after, limit: 2 }).await.unwrap();
+            let page = store.shapes(ShapeKind::Mesh, &Page { after, limit: 2 }).await.unwrap();
             after = page.last().map(Shape::cursor);
             paged.extend(page);
             if after.is_none() {
@@ -158,7 +158,7 @@ async fn a_cursor_of_somebody_else_is_refused() {
     on_every_database(async |_, store| {
         for after in ["", "nonsense", "x.mesh_0"] {
             let page = Page { after: Some(after.to_owned()), limit: 1 };
-            assert!(matches!(store.shapes(Kind::Mesh, &page).await, Err(StoreError::Cursor)), "{after}");
+            assert!(matches!(store.shapes(ShapeKind::Mesh, &page).await, Err(StoreError::Cursor)), "{after}");
         }
     })
     .await;
@@ -169,11 +169,11 @@ async fn a_shape_is_renamed() {
     on_every_database(async |_, store| {
         let (shape, _) = store.insert_mesh(square(0.1), source("a"), Some("one"), json!({})).await.unwrap();
         for name in [Some("two"), None] {
-            let renamed = store.rename(Kind::Mesh, &shape.id, name).await.unwrap().unwrap();
+            let renamed = store.rename(ShapeKind::Mesh, &shape.id, name).await.unwrap().unwrap();
             assert_eq!(renamed.name.as_deref(), name);
-            assert_eq!(store.shape(Kind::Mesh, &shape.id).await.unwrap(), Some(renamed));
+            assert_eq!(store.shape(ShapeKind::Mesh, &shape.id).await.unwrap(), Some(renamed));
         }
-        assert_eq!(store.rename(Kind::Sketch, &shape.id, Some("three")).await.unwrap(), None);
+        assert_eq!(store.rename(ShapeKind::Sketch, &shape.id, Some("three")).await.unwrap(), None);
     })
     .await;
 }
@@ -183,8 +183,8 @@ async fn a_shape_is_deleted_with_what_no_other_shares() {
     on_every_database(async |_, store| {
         let insert = async |bytes| store.insert_mesh(square(0.1), source(bytes), None, json!({})).await.unwrap().0.id;
         let (first, second) = (insert("a").await, insert("b").await);
-        let delete = async |id: &str| store.delete_shape(Kind::Mesh, id).await.unwrap();
-        assert_eq!(store.delete_shape(Kind::Sketch, &first).await.unwrap(), Deletion::Missing);
+        let delete = async |id: &str| store.delete_shape(ShapeKind::Mesh, id).await.unwrap();
+        assert_eq!(store.delete_shape(ShapeKind::Sketch, &first).await.unwrap(), Deletion::Missing);
         assert_eq!(delete(&first).await, Deletion::Done);
         assert_eq!(delete(&first).await, Deletion::Missing);
         assert_eq!((blobs(&store, "shapes").await, blobs(&store, "files").await), (1, 1));
@@ -205,12 +205,12 @@ async fn a_shape_stays_while_an_unfinished_job_needs_it() {
         let places = Places { queue: 9, of_kind: 9 };
         let Submitted::Taken(taken) = store.submit(&job, places).await.unwrap() else { panic!("there is place") };
         for _ in ["queued", "running"] {
-            assert_eq!(store.delete_shape(Kind::Mesh, &mesh).await.unwrap(), Deletion::Needed);
-            assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Needed);
+            assert_eq!(store.delete_shape(ShapeKind::Mesh, &mesh).await.unwrap(), Deletion::Needed);
+            assert_eq!(store.delete_shape(ShapeKind::Sketch, &sketch).await.unwrap(), Deletion::Needed);
             store.claim(&["match"], ALL).await.unwrap();
         }
         store.cancel(&taken.id).await.unwrap();
-        assert_eq!(store.delete_shape(Kind::Sketch, &sketch).await.unwrap(), Deletion::Done);
+        assert_eq!(store.delete_shape(ShapeKind::Sketch, &sketch).await.unwrap(), Deletion::Done);
         assert_eq!(store.submit(&job, places).await.unwrap(), Submitted::Gone);
     })
     .await;
@@ -231,7 +231,7 @@ async fn an_upload_whose_sender_is_gone_is_kept_whole() {
     while Arc::strong_count(&store.turns) > users {
         tokio::task::yield_now().await;
     }
-    let shapes = store.shapes(Kind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
+    let shapes = store.shapes(ShapeKind::Mesh, &Page { after: None, limit: 100 }).await.unwrap();
     assert_eq!(store.mesh(&shapes[0].id).await.unwrap(), Some(square(0.1)));
 }
 
@@ -241,20 +241,20 @@ async fn whoever_deletes_a_shape_while_others_upload_it_leaves_no_row_without_it
         let id = store.insert_mesh(square(0.1), source("a"), None, json!({})).await.unwrap().0.id;
         for _ in 0..5 {
             let uploads = (0..4).map(|_| store.insert_mesh(square(0.1), source("a"), None, json!({})));
-            let deletions = (0..2).map(|_| store.delete_shape(Kind::Mesh, &id));
+            let deletions = (0..2).map(|_| store.delete_shape(ShapeKind::Mesh, &id));
             let (uploads, deletions) = tokio::join!(join_all(uploads), join_all(deletions));
             uploads.into_iter().for_each(|upload| drop(upload.unwrap()));
             for deletion in deletions {
                 deletion.unwrap();
             }
-            if store.shape(Kind::Mesh, &id).await.unwrap().is_some() {
+            if store.shape(ShapeKind::Mesh, &id).await.unwrap().is_some() {
                 assert_eq!(store.mesh(&id).await.unwrap(), Some(square(0.1)));
-                assert!(store.file(Kind::Mesh, &id).await.unwrap().is_some());
+                assert!(store.file(ShapeKind::Mesh, &id).await.unwrap().is_some());
             }
         }
         // What was written for rows that were not to be is found by the sweep.
         store.sweep(Duration::ZERO).await.unwrap();
-        let left = usize::from(store.shape(Kind::Mesh, &id).await.unwrap().is_some());
+        let left = usize::from(store.shape(ShapeKind::Mesh, &id).await.unwrap().is_some());
         assert_eq!((blobs(&store, "shapes").await, blobs(&store, "files").await), (left, left));
     })
     .await;
@@ -268,7 +268,7 @@ async fn a_shape_that_comes_with_a_job_is_kept_where_the_job_is_taken() {
         let job = NewJob { sketch: Some(&id), ..NewJob::of("match", "{}") };
         let full = Places { queue: 0, of_kind: 0 };
         assert_eq!(store.submit_with(drawn().await, &job, full).await.unwrap(), Submitted::Full);
-        assert_eq!(store.shape(Kind::Sketch, &id).await.unwrap(), None);
+        assert_eq!(store.shape(ShapeKind::Sketch, &id).await.unwrap(), None);
         for folder in ["shapes", "files"] {
             assert_eq!(store.blobs.names(folder).await.unwrap(), Vec::<String>::new());
         }
@@ -277,7 +277,7 @@ async fn a_shape_that_comes_with_a_job_is_kept_where_the_job_is_taken() {
         assert_eq!(store.sketch(&id).await.unwrap(), Some(drawing(YAxis::Up)));
         // What was uploaded before stays where the queue refuses.
         assert_eq!(store.submit_with(drawn().await, &job, full).await.unwrap(), Submitted::Full);
-        assert!(store.shape(Kind::Sketch, &id).await.unwrap().is_some());
+        assert!(store.shape(ShapeKind::Sketch, &id).await.unwrap().is_some());
     })
     .await;
 }

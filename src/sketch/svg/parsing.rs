@@ -1,4 +1,5 @@
-//! How much a document may ask of those who read it: what is expanded or compared more than once is counted before.
+//! The tree of a document that does not ask too much of those who read it: what is expanded or compared more than once is counted
+//! before.
 //!
 //! The libraries that read XML and style sheets take time and memory for products: references × what they stand for,
 //! attributes × attributes of an element, rules × elements. None of them can be asked to stop, so that every product is
