@@ -11,6 +11,8 @@ use crate::numerics::cholesky::FactorisationError;
 const SIGMA: f64 = 0.15;
 /// Samples over which the warp is smoothed.
 const WIDTH: f64 = 3.0;
+/// The share of the largest cost of a pair from which nothing is known of it: costs are cut off there.
+const UNKNOWN: f64 = 0.95;
 /// A vertex of the outline further than this from the sampled outline is not pulled.
 const OFF: f64 = 0.03;
 /// How far the closest point of the other outline may be, and the cosine of the angle between the tangents.
@@ -64,7 +66,7 @@ pub fn laid(
     for &v in &shape.outline {
         let (parameter, gap) = nearest_parameter(&shape.contour.curve, shape.positions[v as usize]);
         let (image, cost) = smooth.at(parameter);
-        let sure = cost < 0.95 * f64::from(TRUNCATE) && gap < OFF;
+        let sure = cost < UNKNOWN * f64::from(TRUNCATE) && gap < OFF;
         let weight = if sure { 2.0 * density * weight(cost) } else { 0.0 } + 1e-6;
         pulls.push(Pull { vertex: v, target: point_at(&view.contour.curve, image), weight });
         costs.push(cost);

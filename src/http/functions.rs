@@ -15,6 +15,7 @@ use super::representation::Wanted;
 use super::spectra::{Decomposed, Found, SpectrumOfShape};
 use crate::descriptors::functions::{Family, Sampling};
 use crate::export::functions;
+use crate::pipeline::settings::{COMPONENTS, VARIANCE};
 use crate::spectral::Boundary;
 use crate::store::ShapeKind;
 
@@ -133,7 +134,7 @@ async fn answered(
 }
 
 fn sampling(query: &FunctionsQuery) -> Result<Sampling, Problem> {
-    let (count, variance) = (query.count.unwrap_or(100), query.variance.unwrap_or(6.0));
+    let (count, variance) = (query.count.unwrap_or(COMPONENTS), query.variance.unwrap_or(VARIANCE));
     let mut faults = Vec::new();
     if !(1..=MOST_COMPONENTS).contains(&count) {
         faults.push(Fault::in_query("count", format!("must be 1 to {MOST_COMPONENTS}, is {count}")));

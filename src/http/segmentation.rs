@@ -16,6 +16,7 @@ use super::spectra::{Decomposed, Found, SpectrumOfShape};
 use crate::export::{Unwritten, functions};
 use crate::numerics::Unwatched;
 use crate::pipeline::segmented;
+use crate::pipeline::settings::REGIONS;
 use crate::regions::MAX_REGIONS;
 use crate::spectral::Boundary;
 use crate::store::ShapeKind;
@@ -92,7 +93,7 @@ async fn answered(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let wanted = Wanted::negotiated(headers, &[JSON, GLB, PNG])?;
-    let count = query.regions.unwrap_or(7);
+    let count = query.regions.unwrap_or(REGIONS);
     if !(1..=MAX_REGIONS).contains(&count) {
         let fault = Fault::in_query("regions", format!("must be 1 to {MAX_REGIONS}, is {count}"));
         return Err(Problem::refused("there is no such segmentation", vec![fault]));

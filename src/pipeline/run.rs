@@ -25,6 +25,8 @@ use crate::spectral::Spectrum;
 
 /// Landmarks that a warning names at most.
 const NAMED: usize = 10;
+/// The value of the part's indicator, from 0 to 1, from which a vertex is on it rather than off it.
+const ON_PART: f64 = 0.5;
 
 /// The match of a sketch and a mesh; the same input gives the same answer but for `timings_ms`.
 ///
@@ -242,7 +244,7 @@ impl Showing<'_> {
     /// The vertices that answers are looked for among, of n: of the part that was found, or those seen where an alignment says so;
     /// none where that is all or nothing.
     fn answering(&self, n: usize) -> Option<Vec<u32>> {
-        let found = self.part.map(|part| (0..n as u32).filter(|&v| part[v as usize] >= 0.5).collect::<Vec<u32>>());
+        let found = self.part.map(|part| (0..n as u32).filter(|&v| part[v as usize] >= ON_PART).collect::<Vec<u32>>());
         let seen = || self.aligned.map(|aligned| aligned.visible.clone());
         found.or_else(seen).filter(|part| !part.is_empty() && part.len() < n)
     }

@@ -19,6 +19,12 @@ use crate::pipeline::TOTAL;
 use crate::pipeline::outcome::{MatchResult, ViewReport};
 use crate::sketch::Sketch;
 
+/// Shares of the progress that is told: weights are minimised for every handle, the transfer is factored once, and each frame is
+/// solved for.
+const WEIGHTS: f64 = 0.6;
+const TRANSFER: f64 = 0.1;
+const FRAMES: f64 = 0.3;
+
 /// The mesh of a match, posed as asked; the same input gives the same answer but for `timings_ms`. `clock` counts
 /// milliseconds.
 ///
@@ -44,14 +50,15 @@ pub fn run(
     let flat: Vec<[f64; 2]> = sketch.mesh().positions().iter().map(|&[x, y, _]| [x, y]).collect();
     let (weights, frames) = match moves {
         Some(moves) => {
-            let found = source.weights(&moves.held, &Share::between(watch, 0.0, 0.6))?;
+            let found = source.weights(&moves.held, &Share::between(watch, 0.0, WEIGHTS))?;
             let since = timed("weights", begun);
-            let ask = || watch.proceed(0.6).map_err(PoseError::from);
+            let ask = || watch.proceed(WEIGHTS).map_err(PoseError::from);
             let transfer = Transfer::new(sketch.mesh(), mesh.sound(), &seen.places, &seen.pairs, ask)?;
             let since = timed("transfer", since);
             let mut frames = Vec::new();
             for (f, maps) in moves.frames.iter().enumerate() {
-                let ask = || watch.proceed(0.7 + 0.3 * f as f64 / moves.frames.len() as f64).map_err(PoseError::from);
+                let done = WEIGHTS + TRANSFER + FRAMES * f as f64 / moves.frames.len() as f64;
+                let ask = || watch.proceed(done).map_err(PoseError::from);
                 let drawing = blended(&flat, &found, maps);
                 let moved = |v: usize, axis: usize| drawing[v][axis] - flat[v][axis];
                 let offsets = transfer.carried(&Mat::from_fn(flat.len(), 2, moved), ask)?;

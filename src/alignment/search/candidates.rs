@@ -15,6 +15,10 @@ const SPHERE: usize = 3;
 /// Starting points of the warp: every so many samples.
 const CANONICAL_EVERY: usize = 2;
 const SPHERE_EVERY: usize = 3;
+/// How much worse the other side of a view may be and still fit about as well: so many times the contour cost, and so much more,
+/// which counts where both cost next to nothing.
+const WORSE: f64 = 1.25;
+const WORSE_BY: f64 = 0.01;
 
 /// A view, where it is from, and how the sketch's outline lies on its own.
 #[derive(Clone)]
@@ -65,8 +69,8 @@ pub fn canonical(scene: &Scene<'_>) -> Result<Vec<Candidate>, Cancelled> {
         let toward = seen(&mesh.canonical[k], side).frame.toward_camera;
         let away = toward.map(|x| -x);
         // A silhouette from behind is about the same: take the side that feet and hands point to.
-        let turn =
-            k > 0 && cost_of(k, 1 - side) < 1.25 * cost + 0.01 && frontness(mesh, away) > frontness(mesh, toward);
+        let as_well = cost_of(k, 1 - side) < WORSE * cost + WORSE_BY;
+        let turn = k > 0 && as_well && frontness(mesh, away) > frontness(mesh, toward);
         let side = if turn { 1 - side } else { side };
         if !chosen.contains(&(k, side)) && (chosen.len() < CANONICAL || k == 0) {
             chosen.push((k, side));

@@ -17,6 +17,8 @@ const SIGMA: f64 = 0.15;
 const FEWEST: usize = 4;
 /// Vertices among which that of a sample is looked for.
 const VERTICES: usize = 5000;
+/// The share of its weight that a pair on a limb loses where the whole mesh is laid on the sketch: limbs are what moves then.
+const ON_LIMB: f64 = 0.8;
 /// How far a move of one round may go: radians, logarithms.
 const TURN: f64 = 1.6;
 const GROWTH: f64 = 0.5;
@@ -86,7 +88,7 @@ impl Tried {
         let trunk: Vec<Match> = self
             .pairs
             .iter()
-            .map(|&(i, j, weight)| Match { from: own[i], to: curve[j], weight: weight * (1.0 - 0.8 * on_limb(j)) })
+            .map(|&(i, j, weight)| Match { from: own[i], to: curve[j], weight: weight * (1.0 - ON_LIMB * on_limb(j)) })
             .collect();
         let laid = Fit::of(&trunk);
         let matches = |of: &dyn Fn(usize) -> f64| -> Vec<Match> {

@@ -17,6 +17,13 @@ use crate::functional_map::weights::Weights;
 use crate::spectral::Boundary;
 pub use faults::{check, too_large};
 
+/// Components of the heat and of the wave kernel signature where a request names no number, §4.1.
+pub const COMPONENTS: usize = 100;
+/// The width of a band of energy where a request names none, in spacings of the energies, §4.1.
+pub const VARIANCE: f64 = 6.0;
+/// Regions of a shape where a request names no number, §4.1.
+pub const REGIONS: usize = 7;
+
 /// A match request with every value filled in. Its JSON is a match request again, and asks for the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -106,12 +113,12 @@ impl Settings {
             up: Ups::default(),
             basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann, coupling: Coupling::None {} },
             descriptors: Descriptors {
-                hks: Heat { count: 100, times: None },
-                wks: Wave { count: 100, variance: 6.0 },
+                hks: Heat { count: COMPONENTS, times: None },
+                wks: Wave { count: COMPONENTS, variance: VARIANCE },
                 spectral_scale: SpectralScale::Fitted,
                 columns: Columns::Unit,
             },
-            regions: Regions::Auto { count: 7 },
+            regions: Regions::Auto { count: REGIONS },
             landmarks: Vec::new(),
             functions: Vec::new(),
             given_map: None,
