@@ -71,8 +71,7 @@ fn area(contour: &[[f64; 2]]) -> f64 {
     contour.iter().zip(next).map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum()
 }
 
-/// A closed contour without the corners that stay within the tolerance (Douglas and Peucker 1973), rounded to
-/// thousandths.
+/// A closed contour without the corners that stay within the tolerance [DP73], rounded to thousandths.
 fn simplified(contour: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let first = contour.first().copied().unwrap_or_default();
     let distance = |p: &[f64; 2]| (p[0] - first[0]).hypot(p[1] - first[1]);

@@ -15,12 +15,9 @@ use super::representation::Wanted;
 use super::spectra::{Decomposed, Found, SpectrumOfShape};
 use crate::descriptors::functions::{Family, Sampling};
 use crate::export::functions;
-use crate::pipeline::settings::{COMPONENTS, VARIANCE};
+use crate::pipeline::settings::{MAX_SIGNATURE, SIGNATURE, VARIANCE};
 use crate::spectral::Boundary;
 use crate::store::ShapeKind;
-
-/// Times or energies at most.
-const MOST_COMPONENTS: usize = 1000;
 
 /// Pixels across, where nobody asks for others.
 pub(super) const WIDTH: u32 = 600;
@@ -134,10 +131,10 @@ async fn answered(
 }
 
 fn sampling(query: &FunctionsQuery) -> Result<Sampling, Problem> {
-    let (count, variance) = (query.count.unwrap_or(COMPONENTS), query.variance.unwrap_or(VARIANCE));
+    let (count, variance) = (query.count.unwrap_or(SIGNATURE), query.variance.unwrap_or(VARIANCE));
     let mut faults = Vec::new();
-    if !(1..=MOST_COMPONENTS).contains(&count) {
-        faults.push(Fault::in_query("count", format!("must be 1 to {MOST_COMPONENTS}, is {count}")));
+    if !(1..=MAX_SIGNATURE).contains(&count) {
+        faults.push(Fault::in_query("count", format!("must be 1 to {MAX_SIGNATURE}, is {count}")));
     }
     if !(1e-6..=1e6).contains(&variance) {
         faults.push(Fault::in_query("variance", format!("must be 1e-6 to 1e6, is {variance:?}")));

@@ -4,7 +4,7 @@ use faer::Mat;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// rows × columns of independent standard normal numbers (Box and Muller 1958).
+/// rows × columns of independent standard normal numbers [BM58].
 pub(crate) fn normal(rows: usize, columns: usize, seed: u64) -> Mat<f64> {
     let mut source = ChaCha8Rng::seed_from_u64(seed);
     Mat::from_fn(rows, columns, |_, _| {

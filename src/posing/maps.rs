@@ -172,6 +172,7 @@ fn pivot(handle: &Handle) -> [f64; 2] {
     }
 }
 
+/// Where a map takes a point.
 pub(super) fn applied([[a, b, c], [d, e, f]]: &Map, [x, y]: [f64; 2]) -> [f64; 2] {
     [a * x + b * y + c, d * x + e * y + f]
 }

@@ -127,10 +127,12 @@ pub(super) fn signed_area(points: &[[f64; 2]]) -> f64 {
     0.5 * points.windows(2).map(|w| cross(difference(w[0], o), difference(w[1], o))).sum::<f64>()
 }
 
+/// The vector from b to a.
 pub(super) fn difference(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
 
+/// The signed area of the parallelogram that two vectors span, positive where b lies counter-clockwise of a (y up).
 pub(super) fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }

@@ -50,6 +50,7 @@ const OUTLINE_SHARE: f64 = 0.9;
 /// Relative difference from the wanted number of vertices that ends the search for the triangles' size.
 const COUNT_TOLERANCE: f64 = 0.02;
 
+/// Sizes of triangles that are tried in that search, for every level.
 const MAX_TRIES: usize = 16;
 
 /// The triangulation of the figure that `rings` bound (in the unit square, one outline and its holes, meeting nowhere)

@@ -104,6 +104,7 @@ fn lock(file: &File, path: &Path, data_dir: &Path) -> Result<(), StoreError> {
     }
 }
 
+/// What the disk said, with the path it said it of.
 pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> StoreError {
     move |source| StoreError::Directory { path: path.to_owned(), source }
 }

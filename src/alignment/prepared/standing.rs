@@ -97,7 +97,7 @@ impl Body<'_> {
     }
 }
 
-/// The convex hull of points, counter-clockwise (Andrew 1979).
+/// The convex hull of points, counter-clockwise [And79].
 fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {

@@ -14,12 +14,13 @@ use crate::regions::{LabelOutOfRange, MAX_REGIONS};
 
 /// The most eigenfunctions of a basis.
 const MAX_BASIS: usize = 500;
-const MAX_COMPONENTS: usize = 1000;
+/// The most components of the heat kernel signature, and of the wave kernel signature.
+pub const MAX_SIGNATURE: usize = 1000;
 const MAX_LANDMARKS: usize = 1000;
 /// Widths of a band of energy in spacings of the energies; in a narrower one there is no room for rounding.
 const VARIANCES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// The most components of a mesh that a request names.
-const MAX_COMPONENTS_NAMED: usize = 10_000;
+const MAX_COMPONENTS: usize = 10_000;
 const MAX_ICP: usize = 200;
 const MAX_TERMS: usize = 8;
 const MAX_FUNCTIONS: usize = 1000;
@@ -64,7 +65,7 @@ impl Settings {
         self.basis_faults(&mut faults);
         self.descriptor_faults(&mut faults);
         if let Some(components) = &self.components {
-            faults.range("/components", components.len(), 1, MAX_COMPONENTS_NAMED);
+            faults.range("/components", components.len(), 1, MAX_COMPONENTS);
         }
         self.region_faults(&mut faults);
         self.alignment_faults(&mut faults);
@@ -98,13 +99,13 @@ impl Settings {
 
     fn descriptor_faults(&self, faults: &mut Faults) {
         let Descriptors { hks, wks, .. } = &self.descriptors;
-        faults.range("/descriptors/hks/count", hks.count, 0, MAX_COMPONENTS);
+        faults.range("/descriptors/hks/count", hks.count, 0, MAX_SIGNATURE);
         if let Some([first, last]) = hks.times
             && !(first >= 1e-12 && first <= last && last <= 1e12)
         {
             faults.add("/descriptors/hks/times", "must be two times in ascending order, from 1e-12 to 1e12");
         }
-        faults.range("/descriptors/wks/count", wks.count, 0, MAX_COMPONENTS);
+        faults.range("/descriptors/wks/count", wks.count, 0, MAX_SIGNATURE);
         if !VARIANCES.contains(&wks.variance) {
             let (least, most) = (VARIANCES.start(), VARIANCES.end());
             faults.add("/descriptors/wks/variance", format!("must be {least} to {most}, is {:?}", wks.variance));

@@ -15,10 +15,10 @@ use crate::functional_map::regulariser::{L1, Regulariser};
 use crate::functional_map::term::Term;
 use crate::functional_map::weights::Weights;
 use crate::spectral::Boundary;
-pub use faults::{check, too_large};
+pub use faults::{MAX_SIGNATURE, check, too_large};
 
 /// Components of the heat and of the wave kernel signature where a request names no number, §4.1.
-pub const COMPONENTS: usize = 100;
+pub const SIGNATURE: usize = 100;
 /// The width of a band of energy where a request names none, in spacings of the energies, §4.1.
 pub const VARIANCE: f64 = 6.0;
 /// Regions of a shape where a request names no number, §4.1.
@@ -113,8 +113,8 @@ impl Settings {
             up: Ups::default(),
             basis: Basis { k: 20, k_mesh: 20, boundary: Boundary::Neumann, coupling: Coupling::None {} },
             descriptors: Descriptors {
-                hks: Heat { count: COMPONENTS, times: None },
-                wks: Wave { count: COMPONENTS, variance: VARIANCE },
+                hks: Heat { count: SIGNATURE, times: None },
+                wks: Wave { count: SIGNATURE, variance: VARIANCE },
                 spectral_scale: SpectralScale::Fitted,
                 columns: Columns::Unit,
             },

@@ -12,6 +12,7 @@ use crate::store::{Heartbeat, Job, Lease, Room, State, Store, StoreError, millis
 /// How long a job stays with a worker that does not report.
 pub const LEASE: Duration = Duration::from_secs(30);
 
+/// [`LEASE`] in milliseconds, as the tables have time.
 pub(in crate::store) const LEASE_MS: i64 = LEASE.as_millis() as i64;
 
 /// How often a job is tried that asks for another try.
@@ -20,8 +21,10 @@ pub const MAX_TRIES: i64 = 8;
 /// How long a job rests after its first try; every further try doubles it, up to [`LONGEST_REST`].
 const FIRST_REST: Duration = Duration::from_secs(1);
 
+/// How long a job rests at most before it is tried again.
 const LONGEST_REST: Duration = Duration::from_secs(60);
 
+/// [`LONGEST_REST`] in milliseconds.
 pub(super) const LONGEST_REST_MS: i64 = LONGEST_REST.as_millis() as i64;
 
 /// How long a batch job stands behind those that somebody waits for, before it takes its turn among them.

@@ -3,8 +3,10 @@
 /// By columns.
 pub(super) type Matrix = [[f64; 4]; 4];
 
+/// What leaves all as it is placed.
 pub(super) const IDENTITY: Matrix = [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 0., 0., 1.]];
 
+/// The matrix that places as b does and then as a does.
 pub(super) fn product(a: Matrix, b: Matrix) -> Matrix {
     b.map(|column| [0, 1, 2, 3].map(|i: usize| (0..4).map(|j| a[j][i] * column[j]).sum()))
 }
