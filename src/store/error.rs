@@ -18,6 +18,12 @@ pub enum StoreError {
     /// Blobs and database were never used together: what one says of the other is not true.
     #[error("the blobs at {place} are those of another database")]
     Foreign { place: String },
+    /// The database has blobs, and they are in another place.
+    #[error(
+        "the blobs of this database are not at {place}: name the place that they are at by --blob-url, the same for all nodes, \
+         or restore them there"
+    )]
+    Elsewhere { place: String },
     /// What was there at the start is not there now.
     #[error("{} is away", path.display())]
     Away { path: PathBuf },

@@ -51,13 +51,17 @@ fn id(hash: &Hash) -> String {
 }
 
 impl Keys {
-    /// The keys of the store of this configuration, also beside a server that has the data directory open.
+    /// The keys of the store of this configuration, also beside a server that has the data directory open. Where the database is
+    /// shared, its blobs are not looked at.
     ///
     /// # Errors
     /// As [`Store::open`]; [`StoreError::OtherVersion`] beside a server of a version with other tables.
     pub async fn open(config: &Config) -> Result<Keys, StoreError> {
+        if let Some(url) = &config.database_url {
+            let pool = database::up_to_date_server(url, "sketchmatch/keys").await?;
+            return Ok(Keys { pool, engine: Engine::Postgres });
+        }
         match Store::open(config).await {
-            Ok(store) if store.is_shared() => return Ok(store.keys()),
             // The directory is let go at once, so that a server can be started meanwhile.
             Ok(store) => store.close().await?,
             Err(StoreError::Locked { .. }) => {}
@@ -180,7 +184,7 @@ impl Store {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::testing::{Place, fresh, on_every_database};
+    use crate::store::testing::{Place, fresh, on_every_database, shared_place};
 
     const ACME: &str = "acme";
 
@@ -235,6 +239,15 @@ mod tests {
         let ends = store.keys().key(&id).await.unwrap().unwrap().expires_ms;
         store.keys().end_after(&id, Duration::from_secs(3600)).await.unwrap();
         assert_eq!(store.keys().key(&id).await.unwrap().unwrap().expires_ms, ends);
+    }
+
+    #[tokio::test]
+    async fn keys_of_a_shared_database_need_no_blobs() {
+        let Some(place) = shared_place().await else { return };
+        let config = Config { blob_url: None, data_dir: place.path().join("elsewhere"), ..place.config() };
+        let (key, _) = added(&Keys::open(&config).await.unwrap(), None).await;
+        assert!(!config.data_dir.exists());
+        assert!(place.open().await.grant(&key.hash()).await.unwrap().is_some());
     }
 
     #[tokio::test]

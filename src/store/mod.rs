@@ -99,8 +99,8 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Locked`] when another process has the data directory open, [`StoreError::Unnamed`] and
-    /// [`StoreError::Foreign`] where there are blobs that the database does not know; otherwise what the disk or the database
-    /// said.
+    /// [`StoreError::Foreign`] where there are blobs that the database does not know, [`StoreError::Elsewhere`] where its own are
+    /// not there; otherwise what the disk or the database said.
     pub async fn open(config: &Config) -> Result<Store, StoreError> {
         match &config.database_url {
             None => Store::open_alone(config).await,
@@ -145,9 +145,8 @@ impl Store {
         if blobs_before && Engine::Postgres.version(&pool).await? == 0 {
             return Err(StoreError::Foreign { place: blobs.place().to_string() });
         }
-        Engine::Postgres.migrate(&pool).await?;
         pool.close().await;
-        let pool = database::of_server(url, &node).await?;
+        let pool = database::up_to_date_server(url, &node).await?;
         let (changes, turns): (Arc<Changes>, _) = (Arc::default(), Arc::default());
         let listener = Listener::at(url, &node).await?;
         let notices = tokio::spawn(notices::follow(listener, url.clone(), node, changes.clone()));

@@ -61,7 +61,8 @@ async fn after_a_close_the_database_alone_is_whole() {
     let copy = directory.path().join("copy");
     fs::create_dir(&copy).unwrap();
     fs::copy(directory.path().join("data/sketchmatch.db"), copy.join("sketchmatch.db")).unwrap();
-    let copied = Store::open(&Config::local(copy)).await.unwrap();
+    let blob_url = Some(BlobUrl::Folder(directory.path().join("data/blobs")));
+    let copied = Store::open(&Config { blob_url, ..Config::local(copy) }).await.unwrap();
     assert_eq!(copied.queued("match").await.unwrap(), 1);
 }
 

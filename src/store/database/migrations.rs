@@ -7,7 +7,7 @@ type File = (i64, &'static str, &'static str);
 
 /// Every migration in its order; a new one is a new file and a new line, an old one is never edited. One number makes the
 /// same of the tables of both engines.
-const SQLITE: [File; 16] = [
+const SQLITE: [File; 17] = [
     (1, "store", include_str!("../../../migrations/sqlite/0001_store.sql")),
     (2, "jobs by key", include_str!("../../../migrations/sqlite/0002_jobs_by_key.sql")),
     (3, "uploads", include_str!("../../../migrations/sqlite/0003_uploads.sql")),
@@ -24,10 +24,11 @@ const SQLITE: [File; 16] = [
     (14, "webhooks", include_str!("../../../migrations/sqlite/0014_webhooks.sql")),
     (15, "traces", include_str!("../../../migrations/sqlite/0015_traces.sql")),
     (16, "matched vertices", include_str!("../../../migrations/sqlite/0016_matched_vertices.sql")),
+    (17, "pairs", include_str!("../../../migrations/sqlite/0017_pairs.sql")),
 ];
 
 /// PostgreSQL came with the seventh.
-const POSTGRES: [File; 10] = [
+const POSTGRES: [File; 11] = [
     (7, "store", include_str!("../../../migrations/postgres/0007_store.sql")),
     (8, "keys", include_str!("../../../migrations/postgres/0008_keys.sql")),
     (9, "tenants", include_str!("../../../migrations/postgres/0009_tenants.sql")),
@@ -38,6 +39,7 @@ const POSTGRES: [File; 10] = [
     (14, "webhooks", include_str!("../../../migrations/postgres/0014_webhooks.sql")),
     (15, "traces", include_str!("../../../migrations/postgres/0015_traces.sql")),
     (16, "matched vertices", include_str!("../../../migrations/postgres/0016_matched_vertices.sql")),
+    (17, "pairs", include_str!("../../../migrations/postgres/0017_pairs.sql")),
 ];
 
 pub(super) fn of(engine: Engine) -> Migrator {

@@ -36,6 +36,18 @@ pub(super) async fn of_server(url: &DatabaseUrl, node: &str) -> Result<AnyPool, 
     postgres::connected(&url.called(node)).await
 }
 
+/// A pool on the PostgreSQL database at `url` for a node of this name, its tables brought up to the present.
+///
+/// # Errors
+/// As of [`Engine::migrate`].
+pub(super) async fn up_to_date_server(url: &DatabaseUrl, node: &str) -> Result<AnyPool, StoreError> {
+    let pool = of_server(url, node).await?;
+    Engine::Postgres.migrate(&pool).await?;
+    // No connection that knows the tables before this is to be used after it.
+    pool.close().await;
+    of_server(url, node).await
+}
+
 impl Engine {
     /// Brings the tables up to the present. On SQLite the caller holds the lock that this needs; on PostgreSQL one node after
     /// the other gets to it, and the others find nothing to do.
