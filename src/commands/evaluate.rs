@@ -52,7 +52,7 @@ pub fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     if let Some(vertex) = to.iter().find(|vertex| **vertex as usize >= vertices) {
         bail!("{} names vertex {vertex}, and {} has {vertices}", options.result.display(), path.display());
     }
-    let faults = known.faults(to.len(), vertices);
+    let faults = known.faults(&at, vertices);
     if !faults.is_empty() {
         let faults = faults.into_iter().map(|fault| Fault::at_pointer(fault.pointer, fault.detail)).collect();
         return Err(reasons(&options.truth, &Untaken::unacceptable("the result cannot be judged by that", faults)));

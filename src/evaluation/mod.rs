@@ -26,11 +26,14 @@ pub enum Known {
 }
 
 impl Known {
-    /// What does not fit shapes of these many vertices, or is more than can be judged.
-    pub fn faults(&self, sketch_vertices: usize, mesh_vertices: usize) -> Vec<Fault> {
+    /// What does not fit a sketch with vertices at these places and a mesh of so many, or is more than can be judged.
+    pub fn faults(&self, at: &[[f64; 2]], mesh_vertices: usize) -> Vec<Fault> {
         match self {
-            Known::Pairs(truth) => truth.faults(mesh_vertices),
-            Known::Labels(labels) => labels.faults(sketch_vertices, mesh_vertices),
+            Known::Pairs(truth) => {
+                let faults = truth.faults(mesh_vertices);
+                if faults.is_empty() { truth.misplaced(at).into_iter().collect() } else { faults }
+            }
+            Known::Labels(labels) => labels.faults(at.len(), mesh_vertices),
         }
     }
 

@@ -13,6 +13,8 @@ const UNKNOWN: i64 = -1;
 const MAX_POINTS: usize = 10_000;
 /// Ways to read it at most.
 const MAX_VARIANTS: usize = 16;
+/// Of so many points of a truth one may lie off the drawing: it may be of a line that was too fine to be read.
+const ONE_MAY_BE_OFF: usize = 10;
 /// Vertices that the fronts of all answers pass at most: some tens of seconds' work.
 const MAX_PASSED: usize = 50_000_000;
 
@@ -22,7 +24,7 @@ pub struct Truth {
     /// Whether the view is from the side, so that half of the mesh is seen: errors are in units of √(area / 2) then, else
     /// of √area.
     pub side: bool,
-    /// p points in the coordinates of the sketch.
+    /// p points in the coordinates that the sketch was uploaded in.
     #[schema(schema_with = points_schema)]
     pub points: Vec<[f64; 2]>,
     /// For each way the drawing can be read the p vertices of the user's file, −1 where one is not known. A silhouette cannot
@@ -84,15 +86,35 @@ impl Truth {
         faults
     }
 
+    /// What is wrong with it for a drawing with correspondences at these places: more than a tenth of its points farther from
+    /// each than a square is wide of which there are as many in the drawing's box. Points of the drawing are nearer to the
+    /// vertices of its triangulation; those of one that is turned over are not.
+    pub fn misplaced(&self, at: &[[f64; 2]]) -> Option<Fault> {
+        let least = at.iter().copied().reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])])?;
+        let largest = at.iter().copied().reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])?;
+        let square = (largest[0] - least[0]) * (largest[1] - least[1]) / at.len() as f64;
+        let off = self.points.iter().filter(|&&point| at.iter().all(|&place| squared(place, point) > square)).count();
+        let p = self.points.len();
+        let detail = format!(
+            "{off} of the {p} points lie off the drawing, which reaches from {least:.1?} to {largest:.1?}: they are to be in the \
+             coordinates that the sketch was uploaded in, y up in JSON and down in SVG and pictures"
+        );
+        (off * ONE_MAY_BE_OFF > p).then(|| Fault::new("/pairs/points", detail))
+    }
+
     /// For every point the answer of the correspondence that is nearest in the plane; ties go to the first. `at` and `to`
     /// are the places and the vertices of the correspondences; without any there is no answer.
     pub fn answers(&self, at: &[[f64; 2]], to: &[u32]) -> Vec<u32> {
-        let squared = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
         let nearest = |&point: &[f64; 2]| {
             at.iter().zip(to).min_by(|(a, _), (b, _)| squared(**a, point).total_cmp(&squared(**b, point)))
         };
         self.points.iter().filter_map(nearest).map(|(_, &vertex)| vertex).collect()
     }
+}
+
+/// The square of the distance of two points.
+fn squared(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
 }
 
 #[cfg(test)]
@@ -115,6 +137,27 @@ pub(super) mod tests {
     fn a_point_is_answered_by_the_nearest_correspondence() {
         let at = [[0.1, 0.0], [0.9, 0.3], [9.0, 9.0]];
         assert_eq!(truth(false).answers(&at, &[5, 6, 7]), [5, 6, 6]);
+    }
+
+    #[test]
+    fn points_in_other_coordinates_than_the_drawing_are_refused() {
+        // A triangle that stands on its base, whose truth is known at every seventh vertex.
+        let at: Vec<[f64; 2]> =
+            (0..=20).flat_map(|y| (y..=40 - y).map(move |x| [f64::from(x), f64::from(y)])).collect();
+        let points = |place: fn([f64; 2]) -> [f64; 2]| Truth {
+            points: at.iter().step_by(7).map(|&[x, y]| place([x + 0.4, y + 0.3])).collect(),
+            ..Truth::default()
+        };
+        assert_eq!(points(|point| point).misplaced(&at), None);
+        assert_eq!(points(|point| point).misplaced(&[]), None);
+        let down = points(|[x, y]| [x, 20.0 - y]).misplaced(&at).unwrap();
+        assert_eq!(down.pointer, "/pairs/points");
+        assert!(
+            down.detail.contains("of the 63 points lie off the drawing, which reaches from [0.0, 0.0]"),
+            "{}",
+            down.detail
+        );
+        assert!(points(|[x, y]| [10.0 * x, 10.0 * y]).misplaced(&at).is_some());
     }
 
     #[test]

@@ -71,7 +71,7 @@ impl Case {
     /// The cases with dense truth in a folder, by name.
     ///
     /// # Errors
-    /// A file that cannot be read, a truth that does not fit its mesh, no case at all.
+    /// A file that cannot be read, a truth that does not fit its mesh or its sketch, no case at all.
     pub fn of_folder(folder: &Path) -> Result<Vec<Case>, Unrun> {
         let all = cases::of_folder(folder)?;
         let cases = side_by_side(&all, Case::read).into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
@@ -82,7 +82,8 @@ impl Case {
         let cases::Truth::Dense(truth) = &case.truth else { return None };
         let read = || {
             let (sketch, mesh) = (case.sketch()?, cases::mesh(&case.mesh)?);
-            if let Some(fault) = truth.faults(mesh.positions().len()).first() {
+            let misplaced = || truth.misplaced(&sketch.points());
+            if let Some(fault) = truth.faults(mesh.positions().len()).into_iter().next().or_else(misplaced) {
                 let (folder, reason) =
                     (case.mesh.parent().unwrap_or(&case.mesh), format!("{}: {}", fault.pointer, fault.detail));
                 return Err(Unreadable::new(folder, reason));
@@ -149,8 +150,8 @@ impl Request {
     fn carried_out(&self, case: &Case, kept: &Kept) -> Result<MatchResult, String> {
         let mut settings = self.settings.clone();
         if let Some(count) = self.of_truth {
-            let at: Vec<[f64; 2]> = (0..case.sketch.mesh().positions().len()).map(|v| case.sketch.point(v)).collect();
-            let [sketch, mesh] = regions::of_truth(&case.truth, count, (case.sketch.mesh(), &at), &case.mesh);
+            let [sketch, mesh] =
+                regions::of_truth(&case.truth, count, (case.sketch.mesh(), &case.sketch.points()), &case.mesh);
             settings.regions = Regions::Given { sketch, mesh };
         }
         let surroundings =

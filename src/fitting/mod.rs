@@ -94,7 +94,7 @@ fn attempted(case: &Case, target: &Target) -> Result<Judged, Unreadable> {
     let upright =
         up.is_sure().then(|| Upright { sketch: shape.turned([0.0, 1.0]), mesh: prepared.axes.along(up.direction) });
     let (attempts, doubts) = weighed(&shape, prepared, upright, &Unwatched).map_err(unreadable)?;
-    let places: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|v| sketch.point(v)).collect();
+    let places = sketch.points();
     let distance = |a: u32, b: u32| {
         let on_figure = |v: u32| figure.at(v);
         let (a, b) = (on_figure(a)?, on_figure(b)?);

@@ -57,16 +57,14 @@ pub async fn create(
     }
     let Some(to) = result.answers(query.alternative) else { return Err(no_alternative(result.alternatives.len())) };
     let mesh = shapes::mesh(&app, &result.mesh, |_| 0).await?;
-    let faults = known.faults(to.len(), mesh.positions().len());
+    let at: Vec<[f64; 2]> = result.correspondences.iter().map(|c| c.point).collect();
+    let looked_at = app.off_runtime(move || (known.faults(&at, mesh.positions().len()), (known, mesh, at)));
+    let (faults, (known, mesh, at)) = looked_at.await?;
     if !faults.is_empty() {
         let faults = faults.into_iter().map(|fault| Fault::at_pointer(fault.pointer, fault.detail));
         return Err(Problem::refused("the match cannot be judged by that", faults.collect()));
     }
-    let write = move |media_type| {
-        let at: Vec<[f64; 2]> = result.correspondences.iter().map(|c| c.point).collect();
-        let found = known.evaluation(&mesh, &at, &to);
-        written(&found, media_type)
-    };
+    let write = move |media_type| written(&known.evaluation(&mesh, &at, &to), media_type);
     wanted.at_length().answer_once(&app, write).await
 }
 

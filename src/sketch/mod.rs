@@ -183,6 +183,11 @@ impl Sketch {
         self.y_axis.flipped([x, y])
     }
 
+    /// All vertices in the coordinates of the upload.
+    pub fn points(&self) -> Vec<[f64; 2]> {
+        (0..self.mesh.positions().len()).map(|v| self.point(v)).collect()
+    }
+
     /// A point of the upload in the coordinates of the mesh.
     pub fn to_internal(&self, point: [f64; 2]) -> [f64; 2] {
         self.y_axis.flipped(point)

@@ -64,6 +64,7 @@ async fn what_does_not_fit_is_refused_with_its_place() {
     assert_eq!(refused(pairs(json!([]), json!([]))).await, "/pairs/points");
     assert_eq!(refused(pairs(json!([[0, 0]]), json!([1_000_000]))).await, "/pairs/variants/front/0");
     assert_eq!(refused(pairs(json!([[0, 0]]), json!([1.5]))).await, "/pairs/variants/front/0");
+    assert_eq!(refused(pairs(json!([[9000, 0]]), json!([0]))).await, "/pairs/points");
     assert_eq!(refused(json!({"pairs": {"points": [[0, 0]], "variants": {}}})).await, "/pairs/side");
     assert_eq!(refused(json!({"labels": {"sketch": [0], "mesh": [0]}})).await, "/labels/sketch");
     let idle = Server::idle(Config::default()).await;
