@@ -1,5 +1,7 @@
 //! JSON bodies, read strictly: UTF-8, no duplicate key, nothing after the value, every failure with its pointer.
 
+mod tree;
+
 use std::fmt;
 
 use serde::Deserialize;
@@ -9,6 +11,7 @@ use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
 
 use super::{Fault, Untaken};
+use tree::Tree;
 
 /// Bytes of memory per byte of JSON that its tree takes at most, about: members of objects take most.
 pub const MEMORY_OF_TREE: usize = 40;
@@ -126,7 +129,7 @@ fn tree(bytes: &[u8]) -> Result<Value, Untaken> {
 
 /// `tree` as a `T`, or the fault with the pointer of what is to blame, for which members are taken out and put back.
 fn shaped<T: DeserializeOwned>(tree: &mut Value) -> Result<T, Fault> {
-    serde_path_to_error::deserialize(&*tree).map_err(|error| {
+    serde_path_to_error::deserialize(Tree(tree)).map_err(|error| {
         let (at, detail) = (pointer(error.path()), error.inner().to_string());
         let at = match named_field(&detail) {
             Some(field) => field_pointer(&at, field),
@@ -141,9 +144,14 @@ fn worded(detail: String) -> String {
     let Some((found, expected)) = detail.rsplit_once("expected ") else { return detail };
     match TYPES.iter().find(|(name, _)| *name == expected) {
         Some((_, words)) => format!("{found}expected {words}"),
-        None if OBJECTS.iter().any(|kind| expected.starts_with(kind)) => format!("{found}expected an object"),
+        None if is_of_object(expected) => format!("{found}expected an object"),
         None => detail,
     }
+}
+
+/// Whether what serde expected is an object in JSON.
+fn is_of_object(expected: &str) -> bool {
+    OBJECTS.iter().any(|kind| expected.starts_with(kind))
 }
 
 /// The field that is missing, unknown or repeated by the words of serde.
@@ -175,7 +183,7 @@ fn culprit<T: DeserializeOwned>(tree: &mut Value, at: &str, detail: &str) -> Opt
         let Some(member) = tree.pointer_mut(at).and_then(|object| object.as_object_mut()?.remove(key)) else {
             return false;
         };
-        let failure = serde_path_to_error::deserialize::<_, T>(&*tree).err();
+        let failure = serde_path_to_error::deserialize::<_, T>(Tree(tree)).err();
         if let Some(Value::Object(object)) = tree.pointer_mut(at) {
             object.insert(key.clone(), member);
         }
@@ -329,8 +337,31 @@ mod tests {
         }
         let (_, fault) = refusal(r#"{"mesh": "m", "sketch": "s", "basis": {"k": 2.5}}"#);
         assert_eq!(fault.detail, "invalid type: floating point `2.5`, expected a whole number from 0 on");
+        for words in [r#""basis": [20, 20, "neumann"]"#, r#""regulariser": ["l1", 1]"#, r#""given_map": [[1]]"#] {
+            let (_, fault) = refusal(&format!(r#"{{"mesh": "m", "sketch": "s", {words}}}"#));
+            assert_eq!(fault.detail, "invalid type: sequence, expected an object", "{words}");
+        }
+        let (_, fault) = refusal(r#"["m", "s"]"#);
+        assert_eq!(fault.detail, "invalid type: sequence, expected an object");
+        let (_, fault) = refusal(r#"{"mesh": "m", "sketch": "s", "landmarks": [[[0, 0], 1]]}"#);
+        assert_eq!(
+            (fault.pointer.as_deref(), &*fault.detail),
+            (Some("/landmarks/0"), "invalid type: sequence, expected an object")
+        );
         let (_, fault) = refusal("null");
         assert_eq!(fault.detail, "invalid type: null, expected an object");
+    }
+
+    #[test]
+    fn names_the_members_of_which_there_is_to_be_one() {
+        use crate::evaluation::Known;
+        let detail = |text: &str| parsed::<Known>(text.as_bytes()).unwrap_err().faults[0].detail.clone();
+        let one = "expected an object with one member, `pairs` or `labels`";
+        assert_eq!(detail(r#"{"side": true, "points": [], "variants": {}}"#), one);
+        assert_eq!(detail("{}"), one);
+        assert_eq!(detail(r#"{"pairs": [true, [], {}]}"#), "invalid type: sequence, expected an object");
+        let known = parsed::<Known>(br#"{"pairs": {"side": true, "points": [[0, 1]], "variants": {"front": [0]}}}"#);
+        assert!(matches!(known.unwrap(), Known::Pairs(_)));
     }
 
     #[test]
