@@ -44,8 +44,10 @@ pub async fn create(app: App, asked: Asked) -> Result<Response, Problem> {
 async fn submitted(app: &App, submission: Submission) -> Result<Answer, Problem> {
     let read = submission.body.clone();
     let memory = read.bytes.len().saturating_mul(json::MEMORY_OF_TREE);
-    let read =
-        app.with_memory(memory, move || json::parsed_apart::<MatchRequest, OutlineRequest>(&read.bytes, "sketch"));
+    let read = app.with_memory(memory, move || {
+        json::parsed_apart::<MatchRequest, OutlineRequest>(&read.bytes, "sketch")
+            .map_err(|untaken| untaken.expecting("/sketch", "an id, or an object with `outline`"))
+    });
     let (request, drawing) = read.await??;
     let inline = match drawing {
         Some(drawing) => Some(InlineSketch::of(app, drawing).await?),

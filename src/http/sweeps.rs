@@ -18,7 +18,7 @@ use super::resource::Resource;
 use super::shapes::shortened;
 use super::turns::keeping;
 use super::{App, matches};
-use crate::intake::json;
+use crate::intake::{Untaken, json};
 use crate::jobs::Task;
 use crate::pipeline::Settings;
 use crate::pipeline::request::MatchRequest;
@@ -153,7 +153,9 @@ impl SweepRequest {
         let request = varied(self, value)?.to_string();
         let request = json::parsed::<MatchRequest>(request.as_bytes());
         let name = shortened(&format!("{} = {value}", self.pointer));
-        Ok((request.map_err(|problem| of_value(i, problem.into()))?, name))
+        // One that is drawn in the request would be kept for each value.
+        let refused = |untaken: Untaken| of_value(i, untaken.expecting("/sketch", "the id of a sketch").into());
+        Ok((request.map_err(refused)?, name))
     }
 }
 

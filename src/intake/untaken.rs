@@ -84,6 +84,16 @@ impl Untaken {
         Untaken { cause, detail: detail.into(), faults: Vec::new() }
     }
 
+    /// The same, where something of another type stands at a pointer than these words say.
+    pub fn expecting(mut self, at: &str, words: &str) -> Untaken {
+        for fault in self.faults.iter_mut().filter(|fault| fault.pointer.as_deref() == Some(at)) {
+            if let Some((found, _)) = fault.detail.split_once(", expected ") {
+                fault.detail = format!("{found}, expected {words}");
+            }
+        }
+        self
+    }
+
     /// The same of a value that stands at a pointer of a larger one.
     pub fn below(mut self, at: &str) -> Untaken {
         for fault in &mut self.faults {

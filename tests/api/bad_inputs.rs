@@ -301,6 +301,7 @@ fn requests() -> Vec<Case> {
             r#""landmarks": [{"sketch": [1e4, 0], "mesh": 0}]"#,
             "/landmarks/0/sketch",
         ),
+        request("an object as a list", r#""basis": [20, 20, "neumann"]"#, "/basis"),
         request("a landmark off the mesh", r#""landmarks": [{"sketch": [0, 0], "mesh": 99999}]"#, "/landmarks/0/mesh"),
         request("too few labels", r#""regions": {"method": "given", "sketch": [0], "mesh": [0]}"#, "/regions/sketch"),
         request(

@@ -365,6 +365,15 @@ mod tests {
     }
 
     #[test]
+    fn says_what_else_a_member_may_be() {
+        let read = |text: &str| parsed_apart::<MatchRequest, IgnoredAny>(text.as_bytes(), "sketch");
+        let untaken = read(r#"{"mesh": "m", "sketch": [[0, 0]]}"#).unwrap_err().expecting("/sketch", "an id");
+        assert_eq!(untaken.faults, [Fault::at_pointer("/sketch", "invalid type: sequence, expected an id")]);
+        let untaken = read(r#"{"mesh": 1, "sketch": "s"}"#).unwrap_err().expecting("/sketch", "an id");
+        assert_eq!(untaken.faults[0].detail, "invalid type: integer `1`, expected a string");
+    }
+
+    #[test]
     fn reads_what_an_editor_marks_as_text() {
         assert_eq!(parsed::<MatchRequest>(b"\xef\xbb\xbf{\"mesh\": \"m\", \"sketch\": \"s\"}").unwrap().mesh, "m");
         assert_eq!(typed::<MatchRequest>(b"\xef\xbb\xbf{\"mesh\": \"m\", \"sketch\": \"s\"}").unwrap().mesh, "m");
