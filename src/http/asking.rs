@@ -78,7 +78,7 @@ where
     F: Future<Output = Result<Answer, Problem>>,
 {
     let Asked { query, key, wait, body } = asked;
-    let name = shapes::name(query.name.clone(), None)?;
+    let name = shapes::name(query.name.clone())?;
     let JobQuery { priority, webhook, .. } = query;
     if let Some(Err(reason)) = webhook.as_deref().map(|address| app.config.webhook_hosts.address(address)) {
         let fault = Fault::in_query("webhook", reason);

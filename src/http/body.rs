@@ -25,7 +25,7 @@ pub struct Upload {
     pub bytes: Bytes,
     /// Lower case, without parameters.
     pub media_type: Option<String>,
-    /// The name of the file, where a form gives one.
+    /// The name of the file without its folders, where a form gives one.
     pub file_name: Option<String>,
     /// The share of the memory for bodies this one takes until it is dropped.
     _memory: OwnedSemaphorePermit,
@@ -139,7 +139,9 @@ async fn form(request: Request, app: &App, limit: usize) -> Result<Upload, Probl
             let fault = Fault::at_place(format!("part {name}"), "the form has one part, named `file`");
             return Err(Problem::refused("the form is not acceptable", vec![fault]));
         }
-        let file_name = part.file_name().map(str::to_owned);
+        // Some clients send where the file lies, of which nobody else needs to know.
+        let file_name = part.file_name().and_then(|path| path.rsplit(['/', '\\']).next());
+        let file_name = file_name.filter(|name| !name.is_empty()).map(str::to_owned);
         let media_type = media_type(part.headers());
         let bytes = part.bytes().await.map_err(|error| broken(error.body_text()))?;
         file = Some((bytes, media_type, file_name));

@@ -33,7 +33,8 @@ impl InlineSketch {
         let imported = from_outline(&drawing, vertices, &Config::default());
         let imported = imported.map_err(|refusal| untaken(refusal).below("/sketch"))?;
         let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
-        let source = Source { bytes, media_type: Drawing::Outline.media_type().to_owned(), parameters: String::new() };
+        let media_type = Drawing::Outline.media_type().to_owned();
+        let source = Source { bytes, media_type, parameters: String::new(), file_name: None };
         Ok(InlineSketch { sketch: imported.sketch, source, body })
     }
 

@@ -43,7 +43,7 @@ pub struct UploadQuery {
 ///
 /// The file is the raw body, under its content type (`model/obj`, `model/stl`, `model/gltf-binary`) or
 /// `application/octet-stream`, or the part `file` of a form. The same file, read the same way, is one mesh however
-/// often it comes; a name that comes with it is the mesh's from then on.
+/// often it comes; a `name` that comes with it is the mesh's from then on, and a new one without is called as the file of the form.
 #[utoipa::path(
     post, path = "/v1/meshes", operation_id = "upload_mesh", tag = "meshes",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
@@ -64,7 +64,7 @@ pub async fn upload(
     let upload = Arc::new(upload);
     let asked = (upload.clone(), format!("{query:?}"));
     let answer = async {
-        let name = shapes::name(query.name, upload.file_name.clone())?;
+        let name = shapes::name(query.name)?;
         let limits = Limits { triangles: app.config.max_triangles, bytes: app.config.max_upload_bytes };
         let memory = upload.bytes.len().saturating_mul(mesh::MEMORY_OF_FILE);
         let taken = app.with_memory(memory, move || {
@@ -73,7 +73,9 @@ pub async fn upload(
             let imported = mesh::taken(bytes, format, &limits)?;
             let (measures, mesh) = (MeshMeasures::of(&imported, format), imported.mesh);
             let media_type = format.media_type().to_owned();
-            Ok::<_, Problem>((mesh, measures, Source { bytes: bytes.clone(), media_type, parameters: String::new() }))
+            let file_name = file_name.as_deref().map(shapes::shortened);
+            let source = Source { bytes: bytes.clone(), media_type, parameters: String::new(), file_name };
+            Ok::<_, Problem>((mesh, measures, source))
         });
         let (mesh, measures, source) = taken.await??;
         let body = serde_json::to_value(&measures).map_err(Problem::internal)?;

@@ -202,19 +202,15 @@ pub async fn deleted(app: &App, kind: ShapeKind, id: &str) -> Result<StatusCode,
     }
 }
 
-/// The name to keep: the one given, else that of the file.
+/// The name given.
 ///
 /// # Errors
-/// 422 where the one given is longer than a name may be.
-pub fn name(given: Option<String>, file_name: Option<String>) -> Result<Option<String>, Problem> {
-    match given {
-        Some(name) if !is_name(&name) => {
-            let fault = Fault::in_query("name", NO_NAME);
-            Err(Problem::refused("the name is not acceptable", vec![fault]))
-        }
-        Some(name) => Ok(Some(name)),
-        None => Ok(file_name.map(|name| shortened(&name))),
+/// 422 where it is longer than a name may be.
+pub fn name(given: Option<String>) -> Result<Option<String>, Problem> {
+    if given.as_deref().is_none_or(is_name) {
+        return Ok(given);
     }
+    Err(Problem::refused("the name is not acceptable", vec![Fault::in_query("name", NO_NAME)]))
 }
 
 fn is_name(name: &str) -> bool {

@@ -45,7 +45,7 @@ pub struct UploadQuery {
 ///
 /// The drawing is the raw body, under its content type (`application/json`, `image/svg+xml`, `image/png`, `image/jpeg`) or
 /// `application/octet-stream`, or the part `file` of a form. The same drawing, read the same way, is one sketch however
-/// often it comes; a name that comes with it is the sketch's from then on.
+/// often it comes; a `name` that comes with it is the sketch's from then on, and a new one without is called as the file of the form.
 #[utoipa::path(
     post, path = "/v1/sketches", operation_id = "upload_sketch", tag = "sketches",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
@@ -66,7 +66,7 @@ pub async fn upload(
     let upload = Arc::new(upload);
     let asked = (upload.clone(), format!("{query:?}"));
     let answer = async {
-        let name = shapes::name(query.name, upload.file_name.clone())?;
+        let name = shapes::name(query.name)?;
         let target = target(query.target_vertices)?;
         let config = Config { max_document_bytes: app.config.max_request_bytes, ..Config::default() };
         let (looked_at, within) = (upload.clone(), config.clone());
@@ -76,13 +76,14 @@ pub async fn upload(
         });
         let (kind, memory) = known.await??;
         let (svg_reader, file, figure) = (app.config.svg_reader.clone(), upload.bytes.clone(), query.figure);
+        let file_name = upload.file_name.as_deref().map(shapes::shortened);
         // The turn and the memory are of the work, which goes on where the client hangs up; so is the upload.
         let taken = app.with_memory(memory, move || {
             sketch::taken(&upload.bytes, kind, (target, figure), &config, svg_reader.as_deref())
         });
         let imported = taken.await??;
-        let source =
-            Source { bytes: file, media_type: kind.media_type().to_owned(), parameters: asked_of(target, figure) };
+        let (media_type, parameters) = (kind.media_type().to_owned(), asked_of(target, figure));
+        let source = Source { bytes: file, media_type, parameters, file_name };
         let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
         let _turn = app.may_take(source.bytes.len(), 0).await?;
         let kept = app.store.insert_sketch(imported.sketch, source, name.as_deref(), body).await?;

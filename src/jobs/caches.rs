@@ -159,7 +159,12 @@ mod tests {
     async fn what_a_match_is_looked_at_by_goes_with_its_shapes() {
         let (_directory, store) = fresh().await;
         let flat = sheet(6, 3);
-        let source = Source { bytes: "s".into(), media_type: "image/svg+xml".to_owned(), parameters: String::new() };
+        let source = Source {
+            bytes: "s".into(),
+            media_type: "image/svg+xml".to_owned(),
+            parameters: String::new(),
+            file_name: None,
+        };
         let sketch = Sketch::new(flat.clone(), YAxis::Up).unwrap();
         let sketch = store.insert_sketch(sketch, source, None, json!({})).await.unwrap().0.id;
         let caches = Caches::of_match(store.clone(), "mesh_none", &sketch);

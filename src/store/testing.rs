@@ -61,7 +61,7 @@ pub(crate) async fn fresh_shared() -> Option<(Place, Store)> {
 
 /// An upload of these bytes.
 pub(crate) fn source(bytes: &'static str) -> Source {
-    Source { bytes: Bytes::from(bytes), media_type: "model/obj".to_owned(), parameters: String::new() }
+    Source { bytes: Bytes::from(bytes), media_type: "model/obj".to_owned(), parameters: String::new(), file_name: None }
 }
 
 /// Carries out a test with SQLite, and with PostgreSQL where one answers.

@@ -21,6 +21,8 @@ pub struct Source {
     pub media_type: String,
     /// What was asked of the reading beside the bytes, the same for the same; empty where nothing can be asked.
     pub parameters: String,
+    /// What the file is called: the name of a new shape that is given none.
+    pub file_name: Option<String>,
 }
 
 impl Source {
@@ -235,7 +237,8 @@ async fn name_blobs(
                    triangles, matched, tenant, bytes, created_ms, used_ms) \
                    SELECT $1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $13, $11, $12, now_ms, now_ms FROM clock WHERE true \
                    ON CONFLICT (id) DO NOTHING";
-        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(name).bind(&body).bind(&geometry.name);
+        let called = name.or(source.file_name.as_deref());
+        let query = sqlx::query(sql).bind(id).bind(kind.as_str()).bind(called).bind(&body).bind(&geometry.name);
         let query = query.bind(&written.geometry).bind(&written.file).bind(&source.media_type);
         let query = query.bind(geometry.vertices as i64).bind(geometry.triangles as i64).bind(tenant.as_str());
         let query = query.bind(shape.bytes() as i64).bind(geometry.matched as i64);

@@ -39,6 +39,19 @@ async fn a_mesh_comes_raw_or_in_a_form_and_tells_its_format() {
     let file = Part::text(ellipsoid(8, 6)).file_name("ellipsoid.obj");
     let form = server.post("/v1/meshes").multipart(Form::new().part("file", file)).send().await.unwrap();
     assert_eq!(json_of(form, 201).await["name"], "ellipsoid.obj");
+    // What somebody called it stays, and folders are nobody's business.
+    let named = server.post("/v1/meshes?name=mine").header("content-type", "model/obj").body(ellipsoid(8, 6));
+    assert_eq!(json_of(named.send().await.unwrap(), 200).await["name"], "mine");
+    for (path, rings, status, name) in [
+        ("other.obj", 6, 200, json!("mine")),
+        ("/home/me/models/b.obj", 7, 201, json!("b.obj")),
+        ("C:\\models\\c.obj", 8, 201, json!("c.obj")),
+        ("", 9, 201, json!(null)),
+    ] {
+        let file = Part::text(ellipsoid(8, rings)).file_name(path);
+        let form = server.post("/v1/meshes?format=obj").multipart(Form::new().part("file", file)).send().await.unwrap();
+        assert_eq!(json_of(form, status).await["name"], name, "{path}");
+    }
     let typed =
         server.post("/v1/meshes").header("content-type", "model/obj").body(ellipsoid(8, 6)).send().await.unwrap();
     json_of(typed, 200).await;
