@@ -144,8 +144,11 @@ struct Drawing {
 
 impl Drawing {
     /// # Errors
-    /// 422 where there is none.
+    /// 422 where there is none, or the sketch was deleted.
     async fn of(app: &App, sketch: &str) -> Result<Drawing, Problem> {
+        if app.store.shape(ShapeKind::Sketch, sketch).await?.is_none() {
+            return Err(unfit(vec![Fault::at_pointer("/given/type", "the sketch of the match was deleted")]));
+        }
         let SourceFile { bytes, media_type } =
             app.store.file(ShapeKind::Sketch, sketch).await?.ok_or_else(colourless)?;
         let kind = drawings::kind(&bytes, Some(&media_type))?;

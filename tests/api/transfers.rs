@@ -121,6 +121,11 @@ async fn the_colours_of_a_drawing_are_taken_to_the_mesh() {
     let green =
         colours.iter().flatten().filter(|[r, g, b]| *r < 0.1 && (g - 2.0 / 3.0).abs() < 0.05 && *b < 0.2).count();
     assert!(green * 5 > colours.len(), "{green} of {}", colours.len());
+
+    let sketch = format!("/v1/sketches/{}", matched["sketch"].as_str().unwrap());
+    assert_eq!(server.request("DELETE", &sketch).send().await.unwrap().status(), 204);
+    let problem = problem_of(server.post(&path).json(&drawing).send().await.unwrap(), 422).await;
+    assert_eq!(problem["errors"][0]["detail"], "the sketch of the match was deleted", "{problem}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
