@@ -109,7 +109,9 @@ pub async fn mesh(app: App, Id(name): Id, headers: HeaderMap) -> Result<Response
     get, path = "/v1/examples/{name}/sketch", operation_id = "read_example_sketch", tag = "examples",
     params(("name" = String, Path, description = "the name of a creature", example = "quadruped")),
     responses(
-        (status = 200, description = "the sketch", body = OutlineRequest),
+        (status = 200, description = "the sketch", content(
+            (OutlineRequest = "application/json"), (String = "image/svg+xml"), ("image/png"),
+        )),
         (status = 304, description = "unchanged"),
     ),
 )]

@@ -29,7 +29,9 @@ fn written(geometry: &Geometry<'_>, media_type: &str) -> Result<Bytes, Unwritten
 #[utoipa::path(
     get, path = "/v1/meshes/{id}/mesh", operation_id = "read_mesh_geometry", tag = "meshes", params(("id" = String, Path)),
     responses(
-        (status = 200, description = "the triangles", body = Geometry),
+        (status = 200, description = "the triangles", content(
+            (Geometry = "application/json"), ("application/vnd.safetensors"), ("application/x-npy"), ("model/gltf-binary"),
+        )),
         (status = 304, description = "unchanged"),
     ),
 )]
@@ -54,7 +56,9 @@ pub async fn of_mesh(app: App, Id(id): Id, headers: HeaderMap) -> Result<Respons
     get, path = "/v1/sketches/{id}/mesh", operation_id = "read_sketch_geometry", tag = "sketches",
     params(("id" = String, Path)),
     responses(
-        (status = 200, description = "the triangles", body = Geometry),
+        (status = 200, description = "the triangles", content(
+            (Geometry = "application/json"), ("application/vnd.safetensors"), ("application/x-npy"),
+        )),
         (status = 304, description = "unchanged"),
     ),
 )]

@@ -48,6 +48,7 @@ pub struct UploadQuery {
     post, path = "/v1/meshes", operation_id = "upload_mesh", tag = "meshes",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
     request_body(description = "OBJ, OFF, PLY, STL, GLB or glTF with its data in it", content(
+        ("model/obj"), ("model/off"), ("model/ply"), ("model/stl"), ("model/gltf-binary"), ("model/gltf+json"),
         ("application/octet-stream"), ("multipart/form-data"),
     )),
     responses(

@@ -42,7 +42,9 @@ pub struct FrameQuery {
     get, path = "/v1/poses/{id}/result", operation_id = "read_pose_result", tag = "poses",
     params(("id" = String, Path), FrameQuery),
     responses(
-        (status = 200, description = "the result", body = PoseResult),
+        (status = 200, description = "the result; a frame as the mesh's file, or all frames", content(
+            (PoseResult = "application/json"), (String = "model/obj"), ("model/gltf-binary"),
+        )),
         (status = 304, description = "unchanged"),
         (status = 409, description = "not finished, or finished without a result"),
     ),

@@ -34,7 +34,9 @@ pub struct ResultQuery {
 #[utoipa::path(
     get, path = "/v1/matches/{id}/result", operation_id = "read_result", tag = "matches", params(("id" = String, Path), ResultQuery),
     responses(
-        (status = 200, description = "the result", body = MatchResult),
+        (status = 200, description = "the result; the points, C, or the coloured mesh", content(
+            (MatchResult = "application/json"), (String = "text/csv"), ("application/x-npy"), ("model/gltf-binary"),
+        )),
         (status = 304, description = "unchanged"),
         (status = 409, description = "not finished, or finished without a result"),
     ),

@@ -50,7 +50,8 @@ pub struct UploadQuery {
     post, path = "/v1/sketches", operation_id = "upload_sketch", tag = "sketches",
     params(UploadQuery, ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,255}$", description = "the same key gets the same answer")),
     request_body(description = "the drawing", content(
-        (OutlineRequest = "application/json"), ("application/octet-stream"), ("multipart/form-data"),
+        (OutlineRequest = "application/json"), ("image/svg+xml"), ("image/png"), ("image/jpeg"),
+        ("application/octet-stream"), ("multipart/form-data"),
     )),
     responses(
         (status = 201, description = "taken", body = ShapeDocument<SketchMeasures>, headers(("Location" = String))),

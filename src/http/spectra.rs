@@ -68,7 +68,9 @@ pub struct PendingSpectrum {
 #[utoipa::path(
     get, path = "/v1/meshes/{id}/spectrum", operation_id = "read_mesh_spectrum", tag = "meshes", params(("id" = String, Path), SpectrumQuery),
     responses(
-        (status = 200, description = "the spectrum", body = SpectrumDocument),
+        (status = 200, description = "the spectrum", content(
+            (SpectrumDocument = "application/json"), ("application/x-npy"), ("application/vnd.safetensors"),
+        )),
         (status = 202, description = "queued", body = PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),
@@ -86,7 +88,9 @@ pub async fn of_mesh(
 #[utoipa::path(
     get, path = "/v1/sketches/{id}/spectrum", operation_id = "read_sketch_spectrum", tag = "sketches", params(("id" = String, Path), SpectrumQuery),
     responses(
-        (status = 200, description = "the spectrum", body = SpectrumDocument),
+        (status = 200, description = "the spectrum", content(
+            (SpectrumDocument = "application/json"), ("application/x-npy"), ("application/vnd.safetensors"),
+        )),
         (status = 202, description = "queued", body = PendingSpectrum, headers(("Location" = String), ("Retry-After" = u32))),
         (status = 304, description = "unchanged"),
     ),

@@ -142,6 +142,28 @@ mod tests {
     }
 
     #[test]
+    fn every_form_is_told_of() {
+        let mut document = document();
+        for (id, forms) in [
+            ("read_result", "application/json text/csv application/x-npy model/gltf-binary"),
+            ("read_pose_result", "application/json model/obj model/gltf-binary"),
+            ("read_mesh_spectrum", "application/json application/x-npy application/vnd.safetensors"),
+            ("read_sketch_spectrum", "application/json application/x-npy application/vnd.safetensors"),
+            ("read_mesh_geometry", "application/json application/vnd.safetensors application/x-npy model/gltf-binary"),
+            ("read_sketch_geometry", "application/json application/vnd.safetensors application/x-npy"),
+            ("read_example_sketch", "application/json image/svg+xml image/png"),
+            ("upload_mesh", "model/obj model/stl model/gltf-binary application/octet-stream multipart/form-data"),
+            ("upload_sketch", "application/json image/svg+xml image/png image/jpeg application/octet-stream"),
+        ] {
+            let body = if id.starts_with("upload") { "/requestBody" } else { "/responses/200" };
+            let told = operation(&mut document, id).unwrap().pointer(body).unwrap()["content"].clone();
+            for form in forms.split(' ') {
+                assert!(told.get(form).is_some(), "{id}: {form}");
+            }
+        }
+    }
+
+    #[test]
     fn every_reference_leads_somewhere() {
         let document = document();
         for reference in document.to_string().split("\"#").skip(1).filter_map(|rest| rest.split('"').next()) {
