@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use governor::clock::{Clock, DefaultClock};
 use governor::middleware::StateInformationMiddleware;
 use governor::state::keyed::DefaultKeyedStateStore;
@@ -39,7 +39,7 @@ pub struct Pace {
 const POLICY: HeaderName = HeaderName::from_static("ratelimit-policy");
 const LIMIT: HeaderName = HeaderName::from_static("ratelimit");
 
-/// Seconds after which to ask again whether something of a tenant's has ended, gone, or grown old.
+/// Seconds after which to ask again whether something of a tenant's has ended or grown old.
 const UNTIL_THERE_IS_ROOM: u32 = 30;
 
 impl Pace {
@@ -98,7 +98,9 @@ impl App {
         }
         if let Some(most) = stored_bytes.filter(|most| usage.bytes.saturating_add(bytes as u64) > *most) {
             let kept = usage.bytes;
-            return spent(format!("up to {most} bytes of one tenant are kept, {kept} are: delete what is not needed"));
+            let detail = format!("up to {most} bytes of one tenant are kept, {kept} are: delete what is not needed");
+            // By waiting alone nothing goes.
+            return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, detail));
         }
         if let Some(most) = cpu_per_hour.filter(|most| usage.cpu >= *most) {
             let seconds = most.as_secs();

@@ -32,6 +32,12 @@ impl App {
         taken(self.store.submit_all(&jobs, self.places(kind)).await?)
     }
 
+    /// How many jobs of one kind may wait together: what wants more at once never finds room.
+    pub(super) fn most_together(&self, kind: &str) -> usize {
+        let of_tenant = self.config.tenant_limits.queued_jobs.and_then(|most| usize::try_from(most).ok());
+        self.places(kind).of_kind.min(of_tenant.unwrap_or(usize::MAX))
+    }
+
     /// The job as part of the trace that the request is part of.
     fn traced<'a>(&'a self, job: &NewJob<'a>) -> NewJob<'a> {
         NewJob { trace: self.trace.as_ref().map(|Trace(trace)| &**trace), ..*job }

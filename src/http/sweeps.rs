@@ -113,9 +113,10 @@ async fn submitted(app: &App, (key, print): (&IdempotencyKey, &str), body: Arc<J
 async fn read(app: &App, body: Arc<JsonBody>) -> Result<Arc<Held<SweepRequest>>, Problem> {
     let most = LONGEST.saturating_mul(app.config.max_request_bytes);
     let room = app.room_for(memory(body.bytes.len(), most)).await?;
+    let places = app.most_together(Settings::NAME);
     let checked = move || {
         let sweep = json::parsed::<SweepRequest>(&body.bytes)?;
-        sweep.check(most)?;
+        sweep.check(most, places)?;
         Ok(Arc::new(Held::new(sweep, room)))
     };
     app.off_runtime(checked).await?
@@ -130,12 +131,16 @@ fn memory(length: usize, most: usize) -> usize {
 
 impl SweepRequest {
     /// # Errors
-    /// 422 where it has no values, or too many, or requests that are together longer than `most`.
-    fn check(&self, most: usize) -> Result<(), Problem> {
+    /// 422 where it has no values, or too many or more than there are places for, or requests that are together longer than
+    /// `most`.
+    fn check(&self, most: usize, places: usize) -> Result<(), Problem> {
         let wrong = |detail: String| Err(unfit(vec![Fault::at_pointer("/values", detail)]));
         let count = self.values.len();
         if !(1..=MOST).contains(&count) {
             return wrong(format!("must be 1 to {MOST}, are {count}"));
+        }
+        if count > places {
+            return wrong(format!("are {count}, and no more than {places} matches may wait here: ask for fewer at a time"));
         }
         let values: usize = self.values.iter().map(|value| value.to_string().len()).sum();
         let length = count * self.request.to_string().len() + values;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use sketchmatch::http::Config;
 
-use crate::server::{Server, json_of, problem_of};
+use crate::server::{Server, header, json_of, problem_of};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_map_of_ones_own_is_converted_as_others_are() {
@@ -116,7 +116,12 @@ async fn a_sweep_is_a_match_for_every_value() {
         let problem = problem_of(ask(body).await, 422).await;
         assert_eq!(problem["errors"][0]["pointer"], pointer, "{problem}");
     }
-    problem_of(ask(sweep("/basis/k", json!([5, 6, 7, 8]))).await, 503).await;
+    // More than may ever wait: coming again does not help.
+    let answer = ask(sweep("/basis/k", json!([5, 6, 7, 8]))).await;
+    assert_eq!(header(&answer, "retry-after"), "");
+    let problem = problem_of(answer, 422).await;
+    assert_eq!(problem["errors"][0]["pointer"], "/values", "{problem}");
+    assert!(problem["errors"][0]["detail"].as_str().unwrap().contains("no more than 3"), "{problem}");
     // All or none: nothing is listed of a refused one.
     assert_eq!(server.read("/v1/matches").await["items"], json!([]));
 
@@ -125,6 +130,7 @@ async fn a_sweep_is_a_match_for_every_value() {
         swept["matches"].as_array().unwrap().iter().map(|m| &m["request"]["regulariser"]["gamma"]).collect();
     assert_eq!(gammas, [&json!(0.1), &json!(1.0), &json!(10.0)]);
     assert_eq!(swept["matches"][1]["name"], "/regulariser/gamma = 1");
+    problem_of(ask(sweep("/basis/k", json!([5]))).await, 503).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
