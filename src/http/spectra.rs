@@ -140,11 +140,8 @@ impl SpectrumOfShape {
         boundary: Option<Boundary>,
     ) -> Result<SpectrumOfShape, Problem> {
         let k = k.unwrap_or(DEFAULT_EIGENPAIRS);
-        if k == 0 {
-            return Err(Problem::refused("there is no such spectrum", vec![Fault::in_query("k", "k is from 1")]));
-        }
-        if k > app.config.max_eigenpairs {
-            return Err(too_many(app.config.max_eigenpairs));
+        if !(1..=app.config.max_eigenpairs).contains(&k) {
+            return Err(none_of(app.config.max_eigenpairs));
         }
         Ok(SpectrumOfShape { kind, id, k, boundary: boundary.unwrap_or(Boundary::Neumann) })
     }
@@ -158,7 +155,7 @@ impl SpectrumOfShape {
         };
         let vertices = found.figure.of_file().len();
         if wanted.media_type() != JSON && vertices.saturating_mul(self.k * size_of::<f64>()) > LARGEST_ANSWER {
-            return Err(too_many(LARGEST_ANSWER / size_of::<f64>() / vertices));
+            return Err(none_of(LARGEST_ANSWER / size_of::<f64>() / vertices));
         }
         let write = move |media_type| match media_type {
             NPY => Ok(spectrum::npy(&found.spectrum, self.k, &found.figure)),
@@ -172,12 +169,12 @@ impl SpectrumOfShape {
     /// else it is queued.
     ///
     /// # Errors
-    /// 404 where there are not so many pairs, 422 where they are too large; as [`SpectrumOfShape::pending`].
+    /// 422 where there are not so many pairs, or they are too large; as [`SpectrumOfShape::pending`].
     pub async fn found(&self, app: &App, numbers: usize) -> Result<Found, Problem> {
         let (shape, shape_hash) = self.figure(app, numbers).await?;
         let matched = shape.1.vertices.len();
         if self.k >= matched {
-            return Err(too_many(matched - 1));
+            return Err(none_of(matched - 1));
         }
         if let Some(excess) = memory::excess(matched, self.k, app.config.max_job_memory) {
             return Err(Problem::refused("the spectrum is too large", vec![Fault::in_query("k", excess)]));
@@ -246,8 +243,9 @@ impl SpectrumOfShape {
     }
 }
 
-fn too_many(most: usize) -> Problem {
-    Problem::not_there("there is no such spectrum", Fault::in_query("k", format!("k is from 1 to {most} here")))
+/// 422: there are so many eigenpairs, and not those asked for.
+fn none_of(most: usize) -> Problem {
+    Problem::refused("there is no such spectrum", vec![Fault::in_query("k", format!("k is from 1 to {most} here"))])
 }
 
 #[cfg(test)]

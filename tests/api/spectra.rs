@@ -69,9 +69,12 @@ async fn only_the_largest_component_has_eigenfunctions() {
 async fn more_eigenpairs_than_there_are_cannot_be_asked_for() {
     let server = Server::idle(Config::default()).await;
     let path = format!("/v1/meshes/{}/spectrum", server.mesh().await);
-    let answer = server.get(&format!("{path}?k=178")).send().await.unwrap();
-    let problem = problem_of(answer, 404).await;
-    assert_eq!(problem["errors"], json!([{"place": "query parameter k", "detail": "k is from 1 to 177 here"}]));
+    for (k, most) in [(0, 500), (178, 177), (501, 500)] {
+        let answer = server.get(&format!("{path}?k={k}")).send().await.unwrap();
+        let problem = problem_of(answer, 422).await;
+        let detail = format!("k is from 1 to {most} here");
+        assert_eq!(problem["errors"], json!([{"place": "query parameter k", "detail": detail}]), "{k}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
