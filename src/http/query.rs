@@ -31,11 +31,24 @@ fn fault(rejection: &(dyn Error + 'static)) -> Fault {
     while let Some(error) = cause {
         if let Some(error) = error.downcast_ref::<Tracked>() {
             let (path, detail) = (error.path().to_string(), error.inner().to_string());
-            return Fault::in_query(named_field(&detail).unwrap_or(&path), &detail);
+            return Fault::in_query(named_field(&detail).unwrap_or(&path), worded(&detail));
         }
         cause = error.source();
     }
     Fault::at_place("query string", rejection.to_string())
+}
+
+/// A message of Rust in words: what it says of a number tells nobody what was wanted.
+fn worded(detail: &str) -> &str {
+    match detail {
+        "invalid digit found in string" | "cannot parse integer from empty string" => {
+            "expected a whole number from 0 on"
+        }
+        "invalid float literal" | "cannot parse float from empty string" => "expected a number",
+        "provided string was not `true` or `false`" => "expected true or false",
+        "number too large to fit in target type" => "the number is too large",
+        detail => detail,
+    }
 }
 
 /// The one parameter of the path. What cannot be an identifier, such as what PostgreSQL takes for no text, names nothing, which is a
@@ -49,6 +62,38 @@ impl<S: Send + Sync> FromRequestParts<S> for Id {
         match Path::<String>::from_request_parts(parts, state).await {
             Ok(Path(id)) if is_text(&id) => Ok(Id(id)),
             _ => Err(Problem::not_found("resource of this name")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct Asked {
+        #[expect(dead_code)]
+        k: Option<usize>,
+        #[expect(dead_code)]
+        width: Option<f64>,
+        #[expect(dead_code)]
+        temporary: Option<bool>,
+    }
+
+    #[tokio::test]
+    async fn what_a_parameter_is_to_be_is_said_in_words() {
+        for (query, name, detail) in [
+            ("k=few", "k", "expected a whole number from 0 on"),
+            ("k=20.5", "k", "expected a whole number from 0 on"),
+            ("k=", "k", "expected a whole number from 0 on"),
+            ("width=wide", "width", "expected a number"),
+            ("temporary=1", "temporary", "expected true or false"),
+        ] {
+            let (mut parts, ()) = axum::http::Request::get(format!("/?{query}")).body(()).unwrap().into_parts();
+            let refused = Query::<Asked>::from_request_parts(&mut parts, &()).await.err().unwrap();
+            assert_eq!(refused.errors, [Fault::in_query(name, detail)], "{query}");
         }
     }
 }

@@ -82,7 +82,7 @@ pub async fn upload(
         let taken = app.with_memory(memory, move || {
             sketch::taken(&upload.bytes, kind, (target, figure), &config, svg_reader.as_deref())
         });
-        let imported = taken.await??;
+        let imported = taken.await?.map_err(|untaken| Untaken { faults: of_query(untaken.faults), ..untaken })?;
         let (media_type, parameters) = (kind.media_type().to_owned(), asked_of(target, figure));
         let source = Source { bytes: file, media_type, parameters, file_name };
         let body = serde_json::to_value(SketchMeasures::of(&imported)).map_err(Problem::internal)?;
@@ -98,6 +98,15 @@ fn asked_of(target: Option<usize>, figure: usize) -> String {
     let vertices = target.map(|vertices| format!("target_vertices={vertices}"));
     let figure = (figure > 0).then(|| format!("figure={figure}"));
     [vertices, figure].into_iter().flatten().collect::<Vec<_>>().join("&")
+}
+
+/// Faults of what is asked of the reading as those of the parameters that ask it.
+fn of_query(faults: Vec<Fault>) -> Vec<Fault> {
+    let of_query = |fault: Fault| match fault.place.as_deref() {
+        Some(name @ ("figure" | "target_vertices")) => Fault::in_query(name, fault.detail),
+        _ => fault,
+    };
+    faults.into_iter().map(of_query).collect()
 }
 
 /// The number of vertices the query asks for.

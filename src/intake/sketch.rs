@@ -155,7 +155,7 @@ pub fn canvas(bytes: &[u8], kind: Drawing, config: &Config) -> Option<Canvas> {
 /// Why a drawing is not taken.
 pub fn untaken(refusal: Refusal) -> Untaken {
     let faults = refusal.faults.into_iter().map(|fault| Fault {
-        place: fault.point.map(|[x, y]| format!("point ({x}, {y})")),
+        place: fault.point.map(|[x, y]| format!("point ({x}, {y})")).or(fault.asked),
         pointer: fault.pointer,
         detail: fault.detail,
     });

@@ -264,7 +264,7 @@ fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Con
     if wanted.figure >= figures.len() {
         let detail =
             format!("figure {} was asked for; the drawing shows {}, counted from 0", wanted.figure, figures.len());
-        return Err(Refusal::plain(detail));
+        return Err(Refusal { faults: vec![Fault::of_figure(detail)] });
     }
     let y_axis = if canvas.pixel[1] < 0.0 { YAxis::Up } else { YAxis::Down };
     let (drawing, strokes) = reading.drawing(&canvas, wanted.figure, RAW_POINTS_PER_POINT * config.max_points)?;

@@ -27,6 +27,9 @@ pub struct Fault {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
     pub point: Option<[f64; 2]>,
+    /// What was asked for beside the drawing, where that is to blame: `figure`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked: Option<String>,
     /// What is wrong: lower case, without full stop.
     pub detail: String,
 }
@@ -95,12 +98,17 @@ impl Refusal {
 impl Fault {
     /// A fault of the drawing as a whole.
     pub fn plain(detail: impl Into<String>) -> Self {
-        Self { pointer: None, point: None, detail: detail.into() }
+        Self { pointer: None, point: None, asked: None, detail: detail.into() }
+    }
+
+    /// A fault of the figure that was asked for.
+    pub fn of_figure(detail: impl Into<String>) -> Self {
+        Self { asked: Some("figure".to_owned()), ..Self::plain(detail) }
     }
 
     /// A fault of the member that `pointer` names.
     pub fn of(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
-        Self { pointer: Some(pointer.into()), point: None, detail: detail.into() }
+        Self { pointer: Some(pointer.into()), ..Self::plain(detail) }
     }
 
     /// The same fault at a point of the drawing.

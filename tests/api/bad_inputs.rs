@@ -250,6 +250,8 @@ fn drawings() -> Vec<Case> {
             Some("query parameter target_vertices"),
         )
         .carrying(SQUARE_SVG),
+        case("a figure too many", Method::POST, "/v1/sketches?figure=4", 422, Some("query parameter figure"))
+            .carrying(SQUARE_SVG),
     ]
 }
 
@@ -342,7 +344,7 @@ fn calls() -> Vec<Case> {
         get("a page of many", "/v1/meshes?limit=few", 422, Some("query parameter limit")),
         get("a page after nothing", "/v1/matches?after=there", 422, Some("query parameter after")),
         get("a spectrum of nothing", "/v1/meshes/{mesh}/spectrum?k=0", 422, Some("query parameter k")),
-        get("a spectrum without end", "/v1/meshes/{mesh}/spectrum?k=100000", 404, Some("query parameter k")),
+        get("a spectrum without end", "/v1/meshes/{mesh}/spectrum?k=100000", 422, Some("query parameter k")),
         get("an unknown boundary", "/v1/meshes/{mesh}/spectrum?boundary=robin", 422, Some("query parameter boundary")),
         get("a spectrum as a picture", "/v1/meshes/{mesh}/spectrum", 406, Some("header accept"))
             .with("accept", "image/png"),
