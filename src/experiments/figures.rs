@@ -84,7 +84,7 @@ pub fn eigenfunctions() -> Result<Vec<File>, Undrawn> {
 
 /// The figure within an outline.
 fn flat(outline: &[[f64; 2]]) -> Result<Sketch, sketch::Refusal> {
-    let request = OutlineRequest { outline: outline.to_vec(), holes: Vec::new(), target_vertices: VERTICES };
+    let request = OutlineRequest { outline: outline.to_vec(), holes: Vec::new(), target_vertices: Some(VERTICES) };
     let (drawing, vertices) = request.into_parts();
     Ok(sketch::from_outline(&drawing, vertices, &sketch::Config::default())?.sketch)
 }

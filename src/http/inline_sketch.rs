@@ -7,7 +7,7 @@ use super::App;
 use super::problem::Problem;
 use crate::intake::sketch::{Drawing, SketchMeasures, untaken};
 use crate::sketch::outline::OutlineRequest;
-use crate::sketch::{Config, Sketch, from_outline};
+use crate::sketch::{Config, DEFAULT_TARGET_VERTICES, Sketch, from_outline};
 use crate::store::{Source, Unkept};
 
 /// A sketch that is read and not kept yet.
@@ -27,7 +27,8 @@ impl InlineSketch {
         app.off_runtime(move || InlineSketch::read(drawing)).await?
     }
 
-    fn read(request: OutlineRequest) -> Result<InlineSketch, Problem> {
+    fn read(mut request: OutlineRequest) -> Result<InlineSketch, Problem> {
+        request.target_vertices.get_or_insert(DEFAULT_TARGET_VERTICES);
         let bytes: Bytes = serde_json::to_vec(&request).map_err(Problem::internal)?.into();
         let (drawing, vertices) = request.into_parts();
         let imported = from_outline(&drawing, vertices, &Config::default());

@@ -130,7 +130,12 @@ pub fn taken(
     let wanted = Choice { vertices: target.unwrap_or(DEFAULT_TARGET_VERTICES), figure };
     let imported = match kind {
         Drawing::Outline => {
-            let (drawing, vertices) = json::typed::<OutlineRequest>(bytes)?.into_parts();
+            let request = json::typed::<OutlineRequest>(bytes)?;
+            let faults = contradictions(&request, target, figure);
+            if !faults.is_empty() {
+                return Err(Untaken::unacceptable("the sketch cannot be made as asked", faults));
+            }
+            let (drawing, vertices) = request.into_parts();
             from_outline(&drawing, target.unwrap_or(vertices), config)
         }
         Drawing::Svg => match svg_reader {
@@ -141,6 +146,21 @@ pub fn taken(
         Drawing::Png | Drawing::Jpeg => from_picture(bytes, wanted, config),
     };
     imported.map_err(untaken)
+}
+
+/// What is asked of the reading of an outline that this says otherwise.
+fn contradictions(request: &OutlineRequest, target: Option<usize>, figure: usize) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    if figure > 0 {
+        faults.push(Fault::at_place("figure", "an outline is one figure, number 0"));
+    }
+    if let (Some(asked), Some(said)) = (target, request.target_vertices)
+        && asked != said
+    {
+        faults.push(Fault::at_place("target_vertices", format!("is {asked} here and {said} in the body")));
+        faults.push(Fault::at_pointer("/target_vertices", format!("is {said} here and {asked} beside the body")));
+    }
+    faults
 }
 
 /// What a viewer sees of a drawing of this kind; nothing where it is no picture or cannot be read.

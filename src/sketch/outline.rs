@@ -38,9 +38,9 @@ pub struct OutlineRequest {
     #[schema(schema_with = holes_schema)]
     pub holes: Vec<Vec<[f64; 2]>>,
     /// Vertices of the triangulation, 50 to 20,000, met within 10 % on ordinary outlines.
-    #[serde(default = "default_target", deserialize_with = "whole")]
-    #[schema(minimum = 50, maximum = 20000, default = 800)]
-    pub target_vertices: usize,
+    #[serde(default, deserialize_with = "whole")]
+    #[schema(value_type = usize, required = false, minimum = 50, maximum = 20000, default = 800)]
+    pub target_vertices: Option<usize>,
 }
 
 /// The schema of a line of points: one derived from `[f64; 2]` says nothing of the length.
@@ -58,10 +58,6 @@ fn outline_schema() -> ArrayBuilder {
 fn holes_schema() -> ArrayBuilder {
     let holes = ArrayBuilder::new().items(line_schema());
     holes.description(Some("Lines inside the outline whose insides do not belong to the figure."))
-}
-
-fn default_target() -> usize {
-    super::DEFAULT_TARGET_VERTICES
 }
 
 /// A point as it is sent: an array of Rust would leave a third number to whoever reads on.
@@ -102,18 +98,19 @@ fn lines<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<[f64; 2]>
 }
 
 /// A whole number, written with a fraction of zero or without, as JSON Schema has it.
-fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
     let number = f64::deserialize(deserializer)?;
     if number.fract() != 0.0 || number < 0.0 {
         return Err(D::Error::invalid_value(Unexpected::Float(number), &"a whole number from 0 on"));
     }
-    Ok(number as usize)
+    Ok(Some(number as usize))
 }
 
 impl OutlineRequest {
     /// The drawing and the wanted number of vertices.
     pub fn into_parts(self) -> (Drawing, usize) {
-        (Drawing { outline: self.outline, holes: self.holes }, self.target_vertices)
+        let vertices = self.target_vertices.unwrap_or(super::DEFAULT_TARGET_VERTICES);
+        (Drawing { outline: self.outline, holes: self.holes }, vertices)
     }
 }
 

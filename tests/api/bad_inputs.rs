@@ -214,6 +214,7 @@ fn drawings() -> Vec<Case> {
             format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{inside}</svg>"#),
         )
     };
+    let two_numbers = "/v1/sketches?target_vertices=60";
     vec![
         drawing("no SVG", "image/svg+xml", "<html></html>"),
         drawing(
@@ -250,6 +251,12 @@ fn drawings() -> Vec<Case> {
             Some("query parameter target_vertices"),
         )
         .carrying(SQUARE_SVG),
+        case("a figure of an outline", Method::POST, "/v1/sketches?figure=1", 422, Some("query parameter figure"))
+            .with("content-type", "application/json")
+            .carrying(r#"{"outline": [[0,0],[1,0],[0,1]]}"#),
+        case("two numbers of vertices", Method::POST, two_numbers, 422, Some("query parameter target_vertices"))
+            .with("content-type", "application/json")
+            .carrying(r#"{"outline": [[0,0],[1,0],[0,1]], "target_vertices": 70}"#),
         case("a figure too many", Method::POST, "/v1/sketches?figure=4", 422, Some("query parameter figure"))
             .carrying(SQUARE_SVG),
     ]

@@ -404,7 +404,7 @@ mod tests {
             assert_eq!(parsed::<OutlineRequest>(text.as_bytes()).unwrap_err().cause, cause, "{text}");
         }
         let request = typed::<OutlineRequest>(br#"{"outline": [[0, 1]], "target_vertices": 60.0}"#).unwrap();
-        assert_eq!((request.outline, request.target_vertices), (vec![[0.0, 1.0]], 60));
+        assert_eq!((request.outline, request.target_vertices), (vec![[0.0, 1.0]], Some(60)));
     }
 
     #[test]
