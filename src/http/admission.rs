@@ -79,6 +79,8 @@ fn needed(route: Option<&MatchedPath>, method: &Method) -> Option<Scope> {
 /// Why a request is not let through.
 enum Refused {
     NoKey,
+    /// A key that is not told to be one, or a way to be let in that is not known here.
+    NotBearer,
     /// Or of a signature: which of these it is, is not told.
     UnknownRevokedOrExpired,
     Lacking(Scope),
@@ -136,10 +138,11 @@ impl Door {
 fn bearer(headers: &HeaderMap) -> Result<Key, Refused> {
     let mut values = headers.get_all(header::AUTHORIZATION).iter();
     let value = values.next().ok_or(Refused::NoKey)?;
-    let credentials = value.to_str().ok().filter(|_| values.next().is_none()).and_then(|value| value.split_once(' '));
-    let (_, key) = credentials
-        .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"))
-        .ok_or(Refused::UnknownRevokedOrExpired)?;
+    let value = value.to_str().ok().filter(|_| values.next().is_none()).ok_or(Refused::UnknownRevokedOrExpired)?;
+    let (scheme, key) = value.split_once(' ').unwrap_or((value, ""));
+    if !scheme.eq_ignore_ascii_case("bearer") {
+        return Err(Refused::NotBearer);
+    }
     key.trim().parse().map_err(|_| Refused::UnknownRevokedOrExpired)
 }
 
@@ -151,6 +154,10 @@ impl IntoResponse for Refused {
             Refused::NoKey => {
                 let detail = "this server asks for a key, in the header `Authorization: Bearer KEY`";
                 (StatusCode::UNAUTHORIZED, detail.to_owned(), REALM.to_owned())
+            }
+            Refused::NotBearer => {
+                let detail = "before the key `Bearer ` is missing: the header is `Authorization: Bearer KEY`";
+                (StatusCode::UNAUTHORIZED, detail.to_owned(), format!("{REALM}, error=\"invalid_token\""))
             }
             Refused::UnknownRevokedOrExpired => {
                 let detail = "this key or signature is not known here, was revoked, or has expired";

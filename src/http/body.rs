@@ -12,7 +12,11 @@ use tokio::time::timeout;
 
 use super::problem::{Fault, Problem};
 use super::{App, Service};
+use crate::intake::Untaken;
 use crate::intake::json::is_json;
+
+/// The media type of a form without files.
+const URL_ENCODED: &str = "application/x-www-form-urlencoded";
 
 /// The media type of a form with files.
 const MULTIPART: &str = "multipart/form-data";
@@ -29,6 +33,17 @@ pub struct Upload {
     pub file_name: Option<String>,
     /// The share of the memory for bodies this one takes until it is dropped.
     _memory: OwnedSemaphorePermit,
+}
+
+impl Upload {
+    /// Why it is not taken, with the reason that is likeliest where it came as a form and is one line: so `curl -d` sends a file.
+    pub fn untaken(&self, mut untaken: Untaken) -> Untaken {
+        if self.media_type.as_deref() == Some(URL_ENCODED) && !self.bytes.contains(&b'\n') {
+            let detail = "`curl -d` takes the ends of lines out of a file: send it by `--data-binary`";
+            untaken.faults.push(Fault::in_header("content-type", detail));
+        }
+        untaken
+    }
 }
 
 impl FromRequest<Service> for Upload {

@@ -70,8 +70,9 @@ pub async fn upload(
         let memory = upload.bytes.len().saturating_mul(mesh::MEMORY_OF_FILE);
         let taken = app.with_memory(memory, move || {
             let Upload { bytes, media_type, file_name, .. } = &*upload;
-            let format = mesh::format(bytes, query.format, media_type.as_deref(), file_name.as_deref())?;
-            let imported = mesh::taken(bytes, format, &limits)?;
+            let format = mesh::format(bytes, query.format, media_type.as_deref(), file_name.as_deref());
+            let format = format.map_err(|untaken| upload.untaken(untaken))?;
+            let imported = mesh::taken(bytes, format, &limits).map_err(|untaken| upload.untaken(untaken))?;
             let (measures, mesh) = (MeshMeasures::of(&imported, format), imported.mesh);
             let media_type = format.media_type().to_owned();
             let file_name = file_name.as_deref().map(shapes::shortened);

@@ -150,7 +150,10 @@ impl From<Untaken> for Problem {
     fn from(Untaken { cause, detail, faults }: Untaken) -> Problem {
         let of_status = |status| Problem { errors: faults.clone(), ..Problem::new(status, &detail) };
         match cause {
-            Cause::Unsupported => Problem::unsupported(detail),
+            Cause::Unsupported => {
+                let problem = Problem::unsupported(detail);
+                Problem { errors: problem.errors.into_iter().chain(faults).collect(), ..problem }
+            }
             Cause::TooLarge => of_status(StatusCode::PAYLOAD_TOO_LARGE),
             Cause::Malformed => of_status(StatusCode::BAD_REQUEST),
             Cause::Unacceptable => of_status(StatusCode::UNPROCESSABLE_ENTITY),

@@ -72,7 +72,8 @@ pub async fn upload(
         let config = Config { max_document_bytes: app.config.max_request_bytes, ..Config::default() };
         let (looked_at, within) = (upload.clone(), config.clone());
         let known = app.off_runtime(move || {
-            let kind = sketch::kind(&looked_at.bytes, looked_at.media_type.as_deref())?;
+            let kind = sketch::kind(&looked_at.bytes, looked_at.media_type.as_deref());
+            let kind = kind.map_err(|untaken| looked_at.untaken(untaken))?;
             Ok::<_, Untaken>((kind, sketch::memory(&looked_at.bytes, kind, &within)?))
         });
         let (kind, memory) = known.await??;
@@ -81,6 +82,7 @@ pub async fn upload(
         // The turn and the memory are of the work, which goes on where the client hangs up; so is the upload.
         let taken = app.with_memory(memory, move || {
             sketch::taken(&upload.bytes, kind, (target, figure), &config, svg_reader.as_deref())
+                .map_err(|untaken| upload.untaken(untaken))
         });
         let imported = taken.await?.map_err(|untaken| Untaken { faults: of_query(untaken.faults), ..untaken })?;
         let (media_type, parameters) = (kind.media_type().to_owned(), asked_of(target, figure));

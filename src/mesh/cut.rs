@@ -31,7 +31,7 @@ impl Cut {
                 cut.too_few.push(f);
             } else if corners.len() > MOST_CORNERS {
                 faults.push(place(), format!("a face of more than {MOST_CORNERS} corners"));
-            } else if let Some(polygon) = existing(corners, polygons.positions.len(), place(), faults) {
+            } else if let Some(polygon) = existing(corners, polygons, place(), faults) {
                 let unsound = |v: &&u32| !soundness::is_sound(polygons.positions[**v as usize]);
                 let mut unsound = polygon.iter().filter(unsound).peekable();
                 let is_placed = unsound.peek().is_none();
@@ -67,11 +67,12 @@ impl Cut {
 }
 
 /// The corners of a face as vertices, where all exist.
-fn existing(corners: &[i64], vertices: usize, place: Place, faults: &mut Faults) -> Option<Vec<u32>> {
+fn existing(corners: &[i64], polygons: &Polygons, place: Place, faults: &mut Faults) -> Option<Vec<u32>> {
+    let vertices = polygons.positions.len();
     match corners.iter().find(|&&v| !usize::try_from(v).is_ok_and(|v| v < vertices)) {
         None => Some(corners.iter().map(|&v| v as u32).collect()),
         Some(&v) => {
-            faults.push(place, soundness::no_such_vertex(v, vertices));
+            faults.push(place, soundness::no_such_vertex(v, vertices, polygons.first_vertex));
             None
         }
     }

@@ -46,14 +46,17 @@ pub(super) const MOST_CORNERS: usize = 1 << 16;
 pub(super) fn corners([a, b, c]: [u32; 3], vertices: usize, place: &Place, faults: &mut Faults) -> bool {
     let out_of_range = [a, b, c].into_iter().find(|&v| v as usize >= vertices);
     let repeated = if a == b || a == c { Some(a) } else { (b == c).then_some(b) };
-    out_of_range.iter().for_each(|&v| faults.push(place.clone(), no_such_vertex(v.into(), vertices)));
+    out_of_range.iter().for_each(|&v| faults.push(place.clone(), no_such_vertex(v.into(), vertices, 0)));
     repeated.iter().for_each(|v| faults.push(place.clone(), format!("vertex {v} is a corner of it twice")));
     out_of_range.is_none() && repeated.is_none()
 }
 
-/// That there is no vertex of this number.
-pub(super) fn no_such_vertex(vertex: i64, vertices: usize) -> String {
-    format!("vertex {vertex} is out of range: there are {vertices}, from 0")
+/// That there is no vertex of this number from 0, told in a count from `first`. Where that is 1, a number below counts back.
+pub(super) fn no_such_vertex(vertex: i64, vertices: usize, first: i64) -> String {
+    if first > 0 && vertex < 0 {
+        return format!("a corner counts back beyond the first vertex: there are {vertices}");
+    }
+    format!("vertex {} is out of range: there are {vertices}, from {first}", vertex.saturating_add(first))
 }
 
 /// That the triangles, whose vertices exist and are sound, have an area between them.

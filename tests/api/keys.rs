@@ -73,7 +73,9 @@ async fn what_is_no_key_is_answered_like_an_unknown_one() {
         let refused = asked(value).await;
         let challenge = "Bearer realm=\"sketchmatch\", error=\"invalid_token\"";
         assert_eq!(header(&refused, "www-authenticate"), challenge, "{value}");
-        problem_of(refused, 401).await;
+        let problem = problem_of(refused, 401).await;
+        let is_told = problem["detail"].as_str().unwrap().contains("`Bearer ` is missing");
+        assert_eq!(is_told, !value.starts_with("Bearer"), "{value}: {problem}");
     }
     let twice = server.get("/v1/meshes").header("authorization", format!("Bearer {key}"));
     let twice = twice.header("authorization", "Bearer other").send().await.unwrap();

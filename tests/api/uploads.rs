@@ -122,6 +122,17 @@ async fn a_sketch_tells_what_it_is_where_its_type_does_not() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_file_whose_lines_were_joined_by_its_client_is_told_of() {
+    let server = Server::idle(Config::default()).await;
+    let joined = ellipsoid(8, 6).replace('\n', "");
+    let upload = server.post("/v1/meshes?format=obj").header("content-type", "application/x-www-form-urlencoded");
+    let problem = problem_of(upload.body(joined.clone()).send().await.unwrap(), 422).await;
+    assert!(problem["errors"][2]["detail"].as_str().unwrap().contains("--data-binary"), "{problem}");
+    let problem = problem_of(server.post("/v1/meshes?format=obj").body(joined).send().await.unwrap(), 422).await;
+    assert_eq!(problem["errors"].as_array().unwrap().len(), 2, "{problem}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn an_outline_may_run_either_way() {
     let server = Server::idle(Config::default()).await;
     let mut clockwise = ellipse();

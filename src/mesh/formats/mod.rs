@@ -182,6 +182,8 @@ pub(super) struct Polygons {
     /// Line of each vertex in a text file, else empty; of each face likewise.
     vertex_lines: Vec<u32>,
     face_lines: Vec<u32>,
+    /// The number of the first vertex in the file's own count.
+    pub first_vertex: i64,
     /// Elements that are no faces.
     pub ignored: usize,
     /// The lines that cannot be read. A vertex or face of such a line has its number all the same, so that the others keep
@@ -199,6 +201,7 @@ impl Polygons {
             ends: Vec::new(),
             vertex_lines: Vec::new(),
             face_lines: Vec::new(),
+            first_vertex: 0,
             ignored: 0,
             faults: Faults::default(),
             triangles: 0,

@@ -23,6 +23,7 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 }
 
 pub(super) fn read(bytes: &[u8], mut polygons: Polygons) -> Result<Polygons, Refusal> {
+    polygons.first_vertex = 1;
     let geometry = Geometry::of(bytes, &mut polygons)?;
     match parsed(&geometry.text) {
         Ok(mesh) => geometry.take(&mesh, &mut polygons)?,

@@ -15,11 +15,13 @@ fn lists_the_faults_of_lines_and_those_of_faces() {
         [
             "line 2: a coordinate is not a number: \"x\"",
             "line 7: a corner is none of v, v/vt, v//vn and v/vt/vn: \"f 1 a 3\"",
-            "line 6, face 1: vertex 6 is out of range: there are 4, from 0",
-            "line 9, face 4: vertex 8 is out of range: there are 4, from 0",
+            "line 6, face 1: vertex 7 is out of range: there are 4, from 1",
+            "line 9, face 4: vertex 9 is out of range: there are 4, from 1",
             "line 4, vertex 3: a coordinate is not a finite number: [NaN, 0.0, 0.0]",
         ]
     );
+    let back = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\nf 1 2 3\n";
+    assert_eq!(reasons(back), ["line 4, face 0: a corner counts back beyond the first vertex: there are 3"]);
     let off = "OFF\n3 2 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n3 0 1 5\n";
     let Err(Refusal::Invalid(faults)) = import(off.as_bytes(), Format::Off, &Limits::default()) else {
         panic!("accepted")
@@ -32,7 +34,7 @@ fn lists_the_faults_of_lines_and_those_of_faces() {
 fn refuses_with_every_reason_in_its_place() {
     let text = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 1 inf 0\nv 2 0 0\nv 0 3 0\nf 1 2 9\nf 1 2 6\nf 2 1 4 3\n";
     let expected = [
-        "line 7, face 0: vertex 8 is out of range: there are 6, from 0",
+        "line 7, face 0: vertex 9 is out of range: there are 6, from 1",
         "line 3, vertex 2: a coordinate is not a finite number: [NaN, 1.0, 0.0]",
         "line 4, vertex 3: a coordinate is not a finite number: [1.0, inf, 0.0]",
     ];
