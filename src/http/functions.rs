@@ -34,13 +34,13 @@ pub struct FunctionsQuery {
     k: Option<usize>,
     /// `neumann` where it is not given.
     boundary: Option<Boundary>,
-    /// Times or energies; 100 where it is not given.
+    /// Times or energies of a kernel; 100 where it is not given.
     #[param(minimum = 1, maximum = 1000)]
     count: Option<usize>,
-    /// Width of an energy's band in spacings; 6 where it is not given.
+    /// Width of an energy's band of the wave kernel in spacings; 6 where it is not given.
     #[param(minimum = 1e-6, maximum = 1000000)]
     variance: Option<f64>,
-    /// Which of them is shown as colours, counted from 0; the first where it is not given.
+    /// Which of them is shown where they come as colours, counted from 0; the first where it is not given.
     #[param(maximum = 1000000)]
     column: Option<usize>,
     /// Pixels of a picture; 600 where it is not given.
@@ -133,6 +133,13 @@ async fn answered(
 fn sampling(query: &FunctionsQuery) -> Result<Sampling, Problem> {
     let (count, variance) = (query.count.unwrap_or(SIGNATURE), query.variance.unwrap_or(VARIANCE));
     let mut faults = Vec::new();
+    let is_kernel = matches!(query.kind, Family::HeatKernel | Family::WaveKernel);
+    if query.count.is_some() && !is_kernel {
+        faults.push(Fault::in_query("count", "only functions of a kernel are as many as are asked for"));
+    }
+    if query.variance.is_some() && query.kind != Family::WaveKernel {
+        faults.push(Fault::in_query("variance", "only bands of the wave kernel have a width"));
+    }
     if !(1..=MAX_SIGNATURE).contains(&count) {
         faults.push(Fault::in_query("count", format!("must be 1 to {MAX_SIGNATURE}, is {count}")));
     }

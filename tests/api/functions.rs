@@ -52,6 +52,13 @@ async fn functions_come_as_arrays_and_as_colours() {
     for wrong in ["kind=heat", "kind=heat_kernel&count=0", "kind=wave_kernel&variance=-1", "kind=eigenfunctions&k=0"] {
         problem_of(server.get(&of_mesh(&format!("functions?{wrong}"))).send().await.unwrap(), 422).await;
     }
+    for (kind, parameter) in
+        [("eigenfunctions", "count"), ("global_point_signature", "count"), ("heat_kernel", "variance")]
+    {
+        let answer = server.get(&of_mesh(&format!("functions?kind={kind}&{parameter}=3"))).send().await.unwrap();
+        let problem = problem_of(answer, 422).await;
+        assert_eq!(problem["errors"][0]["place"], format!("query parameter {parameter}"), "{kind}: {problem}");
+    }
 
     let regions: Value =
         serde_json::from_slice(&answered(&server, &of_mesh("segmentation?regions=4"), "application/json").await)
