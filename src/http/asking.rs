@@ -89,7 +89,9 @@ where
     let told = webhook.clone();
     let print = move || {
         let parts = [&printed.bytes, named.as_bytes()].into_iter().chain(told.as_deref().map(str::as_bytes));
-        fingerprint(&call, &parts.collect::<Vec<_>>())
+        // No address is that.
+        let turn = (priority == Priority::Batch).then_some(b"batch".as_slice());
+        fingerprint(&call, &parts.chain(turn).collect::<Vec<_>>())
     };
     let print = app.off_runtime(print).await?;
     let submission = Submission { body, name, dedupe: key.dedupe(&print), priority, webhook };

@@ -21,6 +21,12 @@ async fn a_key_makes_one_match_of_many_requests() {
     assert_eq!(id(&json_of(first, 202).await), id(&json_of(again, 202).await));
     let other = problem_of(asked(json!({"preset": "thesis"})).await, 422).await;
     assert_eq!(other["errors"][0]["place"], "header idempotency-key");
+    // Whose turn it is, is part of what is asked.
+    let request = json!({"mesh": server.mesh().await, "sketch": server.sketch().await});
+    let later = server.post("/v1/matches?priority=batch").header("idempotency-key", "one").json(&request);
+    problem_of(later.send().await.unwrap(), 422).await;
+    let same = server.post("/v1/matches?priority=interactive").header("idempotency-key", "one").json(&request);
+    json_of(same.send().await.unwrap(), 202).await;
     assert_eq!(server.read("/v1/matches").await["items"].as_array().unwrap().len(), 1);
 }
 
