@@ -94,8 +94,7 @@ async fn read(request: Request, app: &App, limit: usize) -> Result<(Bytes, Owned
     let headers = request.headers();
     let mut codings = headers.get_all(header::CONTENT_ENCODING).iter();
     if codings.any(|coding| !coding.as_bytes().eq_ignore_ascii_case(b"identity")) {
-        let fault = Fault::in_header("content-encoding", "bodies are taken uncompressed");
-        return Err(Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, fault));
+        return Err(Problem::encoded());
     }
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse::<usize>().ok());
     if announced.is_some_and(|length| length > limit) {

@@ -5,6 +5,7 @@
 
 use std::str::FromStr;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
@@ -17,6 +18,9 @@ use super::problem::{Fault, Problem};
 
 /// Where a browser says how far the page behind a request is from what it asks.
 const SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+
+/// How long a browser need not ask again whether a script may call.
+const ALLOWED_FOR: Duration = Duration::from_secs(3600);
 
 /// An origin as browsers write it, or any. It can only be built such that a browser can send it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,6 +73,7 @@ pub fn layer(origins: &[Origin]) -> CorsLayer {
     // Those that are asked for, one by one: browsers do not take * to mean `Authorization`.
     let headers = AllowHeaders::mirror_request();
     let layer = CorsLayer::new().allow_methods(Any).allow_headers(headers).expose_headers(exposed.collect::<Vec<_>>());
+    let layer = layer.max_age(ALLOWED_FOR);
     let listed = origins.iter().map(|origin| match origin {
         Origin::Any => None,
         Origin::Of(value) => Some(value.clone()),

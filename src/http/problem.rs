@@ -40,6 +40,9 @@ pub struct Problem {
     pub errors: Vec<Fault>,
     #[serde(skip)]
     pub(super) retry_after: Option<u32>,
+    /// Whether how the body is encoded is to blame.
+    #[serde(skip)]
+    pub(super) of_encoding: bool,
 }
 
 impl Problem {
@@ -52,6 +55,7 @@ impl Problem {
             detail: detail.into(),
             errors: Vec::new(),
             retry_after: None,
+            of_encoding: false,
         }
     }
 
@@ -78,6 +82,13 @@ impl Problem {
     /// 415: of a kind that is not understood; says what would do.
     pub fn unsupported(detail: impl Into<String>) -> Problem {
         Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, Fault::in_header("content-type", detail))
+    }
+
+    /// 415: encoded in a way that is not read.
+    pub fn encoded() -> Problem {
+        let fault = Fault::in_header("content-encoding", "bodies are taken uncompressed");
+        let problem = Problem::of_fault(StatusCode::UNSUPPORTED_MEDIA_TYPE, fault);
+        Problem { of_encoding: true, ..problem }
     }
 
     /// 404: the resource is there, and what the query asks of it is not; `fault` tells what there is.
@@ -175,11 +186,14 @@ impl From<StoreError> for Problem {
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-        let retry_after = self.retry_after;
+        let (retry_after, of_encoding) = (self.retry_after, self.of_encoding);
         let mut response = (status, axum::Json(self)).into_response();
         response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(MEDIA_TYPE));
         if let Some(seconds) = retry_after {
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        if of_encoding {
+            response.headers_mut().insert(header::ACCEPT_ENCODING, HeaderValue::from_static("identity"));
         }
         response
     }

@@ -89,6 +89,7 @@ async fn scripts_of_other_sites_may_send_a_key() {
     let asked = asked.header("access-control-request-method", "GET");
     let answer = asked.header("access-control-request-headers", "authorization").send().await.unwrap();
     assert_eq!((answer.status().as_u16(), header(&answer, "access-control-allow-headers")), (200, "authorization"));
+    assert_eq!(header(&answer, "access-control-max-age"), "3600");
 }
 
 fn program(command: &[&str], data: &Path) -> (bool, String) {

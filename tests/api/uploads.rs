@@ -133,6 +133,15 @@ async fn a_file_whose_lines_were_joined_by_its_client_is_told_of() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn how_a_body_may_be_encoded_is_told() {
+    let server = Server::idle(Config::default()).await;
+    let zipped = server.post("/v1/meshes?format=obj").header("content-encoding", "gzip").body("zipped");
+    let refused = zipped.send().await.unwrap();
+    assert_eq!(header(&refused, "accept-encoding"), "identity");
+    problem_of(refused, 415).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn an_outline_may_run_either_way() {
     let server = Server::idle(Config::default()).await;
     let mut clockwise = ellipse();
