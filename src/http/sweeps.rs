@@ -42,8 +42,8 @@ pub struct SweepRequest {
     /// As `POST /v1/matches` takes it, the sketch by its id.
     #[schema(value_type = MatchRequest)]
     request: Value,
-    /// JSON pointer to a member of the request, such as `/regulariser/gamma`; objects on the way are made where there are
-    /// none.
+    /// JSON pointer to a member of the request, such as `/regulariser/gamma` of one that names the regulariser's `type`; objects
+    /// on the way are made where there are none.
     #[schema(pattern = "^(/[^/]+)+$")]
     pointer: String,
     #[schema(min_items = 1, max_items = 64)]
@@ -140,7 +140,9 @@ impl SweepRequest {
             return wrong(format!("must be 1 to {MOST}, are {count}"));
         }
         if count > places {
-            return wrong(format!("are {count}, and no more than {places} matches may wait here: ask for fewer at a time"));
+            return wrong(format!(
+                "are {count}, and no more than {places} matches may wait here: ask for fewer at a time"
+            ));
         }
         let values: usize = self.values.iter().map(|value| value.to_string().len()).sum();
         let length = count * self.request.to_string().len() + values;
