@@ -55,7 +55,7 @@ pub(super) struct Ground {
     pub seen: Bitmap,
     /// The pieces of it, each of one ground.
     pub pieces: Vec<Bitmap>,
-    /// Of a photograph what else has hardly an edge within and takes a good part of it: papers that lie on others.
+    /// What else has hardly an edge within and takes a good part of the sheet: papers that lie on others.
     pub plates: Vec<Bitmap>,
     /// How much each pixel differs from the ground, row by row, in 255ths; 0 off the sheet.
     pub contrast: Vec<u8>,
@@ -81,7 +81,7 @@ impl Ground {
         };
         let steady = steady(colours, sheet, STEADY.max(noise.saturating_mul(2)));
         let pieces = joined_with_corners(&steady, sheet);
-        let plates = if noise > 0 { plates(&steady, &pieces, sheet) } else { Vec::new() };
+        let plates = plates(&steady, &pieces, sheet);
         let pieces = if lined { beyond_lines(colours, &steady, &pieces) } else { pieces };
         let leaks = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(&leaks(colours, piece, sheet)));
         let pieces: Vec<Bitmap> = pieces.iter().map(|piece| piece.without(&leaks)).collect();

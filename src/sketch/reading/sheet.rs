@@ -23,6 +23,14 @@ const OF_DISC_SIDE: f64 = 0.5;
 const OF_DISC_WIDTH: f64 = 0.3;
 const OF_DISC: f64 = 0.08;
 
+/// A sheet of any other shape takes this share of its hull, and what is drawn on it no more than this share of its own: a
+/// patch of colour behind an animal, and no animal with a patch on its back.
+const OF_BLOB_HULL: f64 = 0.88;
+const SLENDER: f64 = 0.75;
+
+/// How far the parts of a figure on a disc lie apart at most, in parts of the disc's side.
+const OF_DISC_GAP: f64 = 0.04;
+
 /// Share of its outline along which a sheet is seen to end.
 const DRAWN_ROUND: f64 = 0.8;
 
@@ -62,6 +70,8 @@ enum Form {
     FourSided,
     /// A disc may be a figure itself, with a face on it.
     Round,
+    /// A patch of another shape, as round figures have on them, too.
+    Blob,
     /// A paper that runs over the border of the picture, seen as its ground.
     Ground,
 }
@@ -71,23 +81,36 @@ impl Upon {
     pub fn carries(&self, ink: &Bitmap) -> bool {
         match self.form {
             Form::FourSided => true,
-            Form::Round => self.is_on_disc(ink),
+            Form::Round => self.figure_on_disc(ink).is_some(),
+            Form::Blob => self.figure_on_disc(ink).is_some_and(|figure| {
+                let hull = polygon(&hull(&figure), figure.width(), figure.height());
+                figure.area() as f64 <= SLENDER * hull.area() as f64
+            }),
             Form::Ground => {
                 PixelBox::of(ink).is_some_and(|drawn| drawn.side() as f64 >= OF_PAPER_SIDE * self.bounds.side() as f64)
             }
         }
     }
 
-    fn is_on_disc(&self, ink: &Bitmap) -> bool {
-        let whole = filled(&ink.framed(1)).cropped(1);
-        let Some(largest) = parts(&whole, 1).into_iter().next() else { return false };
-        let Some(own) = PixelBox::of(&largest) else { return false };
-        let narrow = own.width().min(own.height()) as f64;
-        let is_apart = largest.and(&self.sheet.border(1.0)).area() == 0;
-        is_apart
-            && own.side() as f64 >= OF_DISC_SIDE * self.bounds.side() as f64
-            && narrow >= OF_DISC_WIDTH * self.bounds.side() as f64
-            && largest.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
+    /// What is drawn on a disc, where that is a figure on it.
+    fn figure_on_disc(&self, ink: &Bitmap) -> Option<Bitmap> {
+        let whole = filled(ink);
+        let side = self.bounds.side() as f64;
+        let border = self.sheet.border(1.0);
+        let is_figure = |part: &Bitmap| {
+            PixelBox::of(part).is_some_and(|own| {
+                own.side() as f64 >= OF_DISC_SIDE * side
+                    && own.width().min(own.height()) as f64 >= OF_DISC_WIDTH * side
+                    && part.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
+                    && part.and(&border).area() == 0
+            })
+        };
+        let together = || {
+            let all = parts(&dilated(&whole, 0.5 * OF_DISC_GAP * side), 1).into_iter();
+            all.map(|all| all.and(&whole)).max_by_key(Bitmap::area)
+        };
+        let largest = parts(&whole, 1).into_iter().next()?;
+        if is_figure(&largest) { Some(largest) } else { together().filter(is_figure) }
     }
 }
 
@@ -115,10 +138,11 @@ impl Sheet {
         self.within(ink).or_else(|| self.within(&largest()?))
     }
 
-    /// The sheet that one of the plates seen on this one may be: a paper of four sides, or one that runs over the border.
-    pub fn plate(&self, plates: &[Bitmap]) -> Option<Upon> {
+    /// The sheet that one of the plates seen on this one may be: a paper of four sides, or one that runs over the border. In
+    /// what was not photographed it may be a figure's own body, with a face on it.
+    pub fn plate(&self, plates: &[Bitmap], is_photograph: bool) -> Option<Upon> {
         let border = self.border(1.0);
-        plates.iter().find_map(|plate| {
+        let upon = plates.iter().find_map(|plate| {
             let corners = hull(plate);
             let area = polygon(&corners, plate.width(), plate.height()).area() as f64;
             if has_four_sides(&corners, area) || plate.and(&border).area() > 0 {
@@ -126,7 +150,9 @@ impl Sheet {
             } else {
                 None
             }
-        })
+        })?;
+        let form = if is_photograph { upon.form } else { Form::Round };
+        Some(Upon { form, ..upon })
     }
 
     /// The sheet that one of the grounds seen on this one may be: a paper of which the desk shows at some sides only.
@@ -155,16 +181,24 @@ impl Sheet {
         let of_box = area / (bounds.width() * bounds.height()) as f64;
         let is_large = area >= LEAST_SHARE * self.area.area() as f64;
         let has_four_sides = of_box >= OF_BOX || has_four_sides(&corners, area);
-        let is_round = (of_box - FRAC_PI_4).abs() <= OFF_ROUND;
-        if !is_large || !has_four_sides && !is_round {
+        let form = if has_four_sides {
+            Form::FourSided
+        } else if (of_box - FRAC_PI_4).abs() <= OFF_ROUND {
+            Form::Round
+        } else if is_large && ink.area() as f64 >= OF_BLOB_HULL * area {
+            Form::Blob
+        } else {
+            return None;
+        };
+        if !is_large {
             return None;
         }
+        let shape = if matches!(form, Form::Blob) { filled(ink) } else { shape };
         let edge = (EDGE * bounds.side() as f64).max(2.0);
         let rim = shape.without(&eroded(&shape.framed(2), 1.0).cropped(2));
         if (rim.and(&dilated(ink, edge)).area() as f64) < DRAWN_ROUND * rim.area() as f64 {
             return None;
         }
-        let form = if has_four_sides { Form::FourSided } else { Form::Round };
         let inner = within_frame(&shape, ink, edge, (WIDEST_FRAME * bounds.side() as f64).max(2.0));
         Sheet::of(inner).map(|sheet| Upon { sheet, bounds, form })
     }
