@@ -1,7 +1,7 @@
 //! The squares of two greys that programs show where a picture is transparent, kept in the picture by a screenshot.
 
 use super::canvas::Canvas;
-use super::ground::apart;
+use super::colours::apart;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::neighbourhood::dilated;

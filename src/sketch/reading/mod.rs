@@ -6,16 +6,20 @@
 //! lines round it are its [`outline`]. Whatever was mended or left out is a [`notes::Note`].
 
 mod binding;
+mod blocks;
 mod border;
 pub(crate) mod canvas;
 pub(crate) mod checkerboard;
 mod closing;
+mod colours;
+mod continued;
 mod edge;
 mod enclosure;
 mod faint;
 mod figures;
 mod floor;
 mod ground;
+mod hull;
 mod ink;
 mod leaks;
 mod notes;
