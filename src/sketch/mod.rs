@@ -28,6 +28,7 @@ use crate::mesh::connectivity::largest_component;
 use outline::{Drawing, Figure};
 use reading::Reading;
 pub use reading::canvas::Canvas;
+use reading::checkerboard::without_checkerboard;
 pub use refusal::{Fault, Refusal, Warning, WarningCode};
 
 /// Vertices of a sketch where the request names no number.
@@ -258,6 +259,14 @@ pub fn from_picture(bytes: &[u8], wanted: Choice, config: &Config) -> Result<Imp
 
 /// The sketch of a figure that is seen on a canvas.
 fn seen(canvas: Canvas, mut warnings: Vec<Warning>, wanted: Choice, config: &Config) -> Result<Imported, Refusal> {
+    let canvas = match without_checkerboard(&canvas) {
+        Some(transparent) => {
+            let detail = "squares of two greys were taken for a ground that is transparent";
+            warnings.push(Warning::new(WarningCode::Background, detail));
+            transparent
+        }
+        None => canvas,
+    };
     let canvas = canvas.with_room();
     let reading = Reading::of(&canvas)?;
     let figures = reading.figures(&canvas);

@@ -38,7 +38,7 @@ pub(super) fn closing(
 ) -> Vec<Range<usize>> {
     let reach = HALF_GAP * closed.width().max(closed.height()) as f64;
     let lines = dilated(closed, reach);
-    let insides = parts(&filled(&lines.framed(1)).cropped(1).without(&lines), 1);
+    let insides = parts(&filled(&lines).without(&lines), 1);
     let depth = reach as usize + 2;
     let inside_of = |stretch: &Range<usize>| {
         let is_seen = |inside: &Bitmap| stretch.clone().map(|at| behind(at, depth)).any(|[x, y]| inside.get(x, y));

@@ -16,11 +16,22 @@ const MOST_PARTS: usize = 24;
 /// A part is joined over a gap of this part of the drawing's size however large both are: a white line.
 const WHITE_LINE: f64 = 0.03;
 
-/// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head. What is drawn in lines
-/// beside another is joined with it by lines, and over narrower gaps only: a tree.
+/// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head. A line that was made a
+/// limb is over less of the size of a figure this many times as large, which is a body: a pencil that lies beside it.
 const OF_PART: f64 = 0.6;
-const OF_DRAWN: f64 = 0.15;
 const OF_FIGURE: f64 = 0.2;
+const LIMB_OF_FIGURE: f64 = 0.1;
+const BODY: usize = 3;
+
+/// What is drawn in lines beside another is joined with it by lines, and over no more than so much of its own size: a tree. So
+/// is, unless it is above the figure's middle, what is drawn as a line about no more than a ground of ink to this share while
+/// the figure is filled to that: a cloud; and a box that takes this share of its own bounds and is so many times as wide as
+/// high: a caption.
+const OF_DRAWN: f64 = 0.15;
+const HOLLOW: f64 = 0.5;
+const FILLED: f64 = 0.8;
+const BOX: f64 = 0.93;
+const CAPTION: usize = 2;
 
 /// A head over the middle of shoulders is joined over a gap of up to so much of its own size however large it is, and is so
 /// far off the middle at most, in parts of their width.
@@ -53,7 +64,7 @@ pub(super) struct Figure {
 }
 
 /// The figures that a body makes in a drawing of this size, largest first.
-pub(super) fn figures(body: &Body, size: f64) -> Vec<Figure> {
+pub(super) fn figures(body: &Body, ink: &Bitmap, size: f64) -> Vec<Figure> {
     let mut rest = parts(&body.area, 1);
     let least = SPECK * rest.first().map_or(0, Bitmap::area) as f64;
     rest.retain(|part| part.area() as f64 >= least);
@@ -66,7 +77,7 @@ pub(super) fn figures(body: &Body, size: f64) -> Vec<Figure> {
             continue;
         }
         let mut figure = Figure { area: seed, necks: Vec::new() };
-        figure.join(&mut rest, body, size);
+        figure.join(&mut rest, body, ink, size);
         figures.push(figure);
     }
     figures.sort_by_key(|figure| std::cmp::Reverse(figure.area.area()));
@@ -76,7 +87,7 @@ pub(super) fn figures(body: &Body, size: f64) -> Vec<Figure> {
 impl Figure {
     /// Takes out of `rest` what belongs to the figure, nearest first. The lines round parts are wider by the body's rim than
     /// what is seen of them here.
-    fn join(&mut self, rest: &mut Vec<Bitmap>, body: &Body, size: f64) {
+    fn join(&mut self, rest: &mut Vec<Bitmap>, body: &Body, ink: &Bitmap, size: f64) {
         while !rest.is_empty() {
             let width = self.area.width();
             let distances = squared(&self.area);
@@ -89,7 +100,8 @@ impl Figure {
             let nearest: Vec<f64> = rest.iter().map(gap).collect();
             let mut order: Vec<usize> = (0..rest.len()).collect();
             order.sort_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
-            let Some(&next) = order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * body.rim, body, size))
+            let Some(&next) =
+                order.iter().find(|&&k| self.owns(&rest[k], nearest[k] - 2.0 * body.rim, body, ink, size))
             else {
                 return;
             };
@@ -100,7 +112,7 @@ impl Figure {
         }
     }
 
-    fn owns(&self, part: &Bitmap, gap: f64, body: &Body, size: f64) -> bool {
+    fn owns(&self, part: &Bitmap, gap: f64, body: &Body, ink: &Bitmap, size: f64) -> bool {
         let (Some(own), Some(other)) = (PixelBox::of(&self.area), PixelBox::of(part)) else { return false };
         let is_floor = other.low[1] + other.height() / 2 > own.high[1] - own.height() / 10
             && other.width() > FLAT * other.height()
@@ -112,13 +124,24 @@ impl Figure {
         let is_small = part.area() as f64 <= LARGEST_PART * self.area.area() as f64;
         let is_of_limbs = is_stick(part) || is_stick(&self.area);
         let beside = own.low[0] >= other.high[0] || other.low[0] >= own.high[0];
-        let reach = if body.rim > 0.0 && beside && !is_of_limbs { OF_DRAWN } else { OF_PART };
+        let inked = |area: &Bitmap| area.and(ink).area() as f64 / area.area() as f64;
+        let is_hollow = inked(part) <= HOLLOW && inked(&self.area) >= FILLED;
+        let is_drawn = body.rim > 0.0 && beside && !is_of_limbs;
+        let is_scenery = (is_hollow || is_caption(part, other)) && !is_above(own, other);
+        let of_part = if is_drawn || is_scenery { OF_DRAWN } else { OF_PART };
+        let is_body = self.area.area() >= BODY * part.area();
+        let of_figure = if is_stick(part) && is_body { LIMB_OF_FIGURE } else { OF_FIGURE };
         gap <= WHITE_LINE * size
             || is_above(own, other) && gap <= OVER_SHOULDERS * other.side() as f64
-            || gap <= reach * other.side() as f64
-                && gap <= OF_FIGURE * own.side().max(other.side()) as f64
+            || gap <= of_part * other.side() as f64
+                && gap <= of_figure * own.side().max(other.side()) as f64
                 && (is_small || is_of_limbs)
     }
+}
+
+/// Whether a part is a wide box: of words below or above a picture.
+fn is_caption(part: &Bitmap, bounds: PixelBox) -> bool {
+    part.area() as f64 >= BOX * (bounds.width() * bounds.height()) as f64 && bounds.width() >= CAPTION * bounds.height()
 }
 
 /// Whether one box lies over the middle of another.

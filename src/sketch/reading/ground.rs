@@ -1,20 +1,17 @@
 //! The ground a figure is drawn on, and how much every pixel differs from it.
 
-use std::collections::BTreeMap;
-
 use super::Sheet;
+use super::blocks::{BLOCK, Blocks};
+use super::colours::{apart, lightness};
+use super::continued::beyond_lines;
 use super::leaks::leaks;
-use crate::mesh::disjoint_sets::DisjointSets;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::enclosed::parts;
-use crate::raster::neighbourhood::{dilated, opened};
-use crate::raster::pieces::{Pieces, Run};
+use crate::raster::neighbourhood::dilated;
+use crate::raster::pieces::Pieces;
 
 /// Colours of neighbours differ by no more within a ground, in 255ths; shades and soft shadows change more slowly.
-const STEADY: u8 = 12;
-
-/// Side of the blocks for which the colour of the ground is told, in pixels.
-const BLOCK: usize = 16;
+pub(super) const STEADY: u8 = 12;
 
 /// How far the edge between two grounds reaches, in pixels, and how far its colours may lie off those between the two.
 const EDGE: usize = 4;
@@ -25,13 +22,6 @@ const DARKEST: u8 = 100;
 
 /// A ground of at least this brightness may be a white paper in little light; a darker one is dark itself.
 const DIM: u8 = 80;
-
-/// The widest line beyond which a ground may go on, with its soft edges, in pixels; how often at least and in which share
-/// of the places the colours on both sides of it are equal where it does; and half the width of what is steady in its middle.
-const LINE: usize = 9;
-const LEAST_PLACES: usize = 8;
-const EQUAL: f64 = 0.8;
-const CREST: f64 = 1.5;
 
 /// The share of a ground of one colour that may be lighter, and that may be darker: what is written in the bar of a window.
 const OTHERS: f64 = 0.02;
@@ -55,7 +45,7 @@ pub(super) struct Ground {
     pub seen: Bitmap,
     /// The pieces of it, each of one ground.
     pub pieces: Vec<Bitmap>,
-    /// Of a photograph what else has hardly an edge within and takes a good part of it: papers that lie on others.
+    /// What else has hardly an edge within and takes a good part of the sheet: papers that lie on others.
     pub plates: Vec<Bitmap>,
     /// How much each pixel differs from the ground, row by row, in 255ths; 0 off the sheet.
     pub contrast: Vec<u8>,
@@ -81,7 +71,7 @@ impl Ground {
         };
         let steady = steady(colours, sheet, STEADY.max(noise.saturating_mul(2)));
         let pieces = joined_with_corners(&steady, sheet);
-        let plates = if noise > 0 { plates(&steady, &pieces, sheet) } else { Vec::new() };
+        let plates = plates(&steady, &pieces, sheet);
         let pieces = if lined { beyond_lines(colours, &steady, &pieces) } else { pieces };
         let leaks = pieces.iter().fold(Bitmap::new(width, height), |all, piece| all.or(&leaks(colours, piece, sheet)));
         let pieces: Vec<Bitmap> = pieces.iter().map(|piece| piece.without(&leaks)).collect();
@@ -112,11 +102,6 @@ impl Ground {
         }
         Ground { seen, pieces, plates, contrast, shade, noise, grain }
     }
-}
-
-/// The brightness of a colour, in 255ths, by the weights of ITU-R BT.601.
-fn lightness([r, g, b]: [u8; 3]) -> u8 {
-    ((77 * u32::from(r) + 150 * u32::from(g) + 29 * u32::from(b)) >> 8) as u8
 }
 
 /// The mean colour of a piece of ground where it has one colour nearly throughout; a word in a window has others.
@@ -189,11 +174,6 @@ fn edges(colours: &[[u8; 3]], seen: &Bitmap) -> Bitmap {
         }
     }
     edges
-}
-
-/// The largest difference of two colours in a channel.
-pub(super) fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
-    a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
 }
 
 /// The value that one in `share` pixels of an area exceeds.
@@ -312,139 +292,4 @@ fn joined_with_corners(steady: &Bitmap, sheet: &Sheet) -> Vec<Bitmap> {
 fn plates(steady: &Bitmap, grounds: &[Bitmap], sheet: &Sheet) -> Vec<Bitmap> {
     let least = (PLATE * sheet.area.area() as f64) as usize;
     parts(steady, least).into_iter().filter(|part| grounds.iter().all(|ground| ground.and(part).area() == 0)).collect()
-}
-
-/// Grounds with the pieces of what is steady that continue them: those beyond a thin line along which the colours are the same
-/// on both sides. Grounds that so become one are given once.
-fn beyond_lines(colours: &[[u8; 3]], steady: &Bitmap, grounds: &[Bitmap]) -> Vec<Bitmap> {
-    // The crest of a line is steady, too, and narrow.
-    let pieces = Pieces::of(&opened(steady, CREST), false);
-    // For every two pieces that face each other the places where they do, and those of equal colours.
-    let mut facing: BTreeMap<[usize; 2], [usize; 2]> = BTreeMap::new();
-    let mut face = |[a, b]: [usize; 2], [p, q]: [usize; 2]| {
-        let [places, equal] = facing.entry([a.min(b), a.max(b)]).or_default();
-        *places += 1;
-        *equal += usize::from(apart(colours[p], colours[q]) <= STEADY);
-    };
-    // In each column the row of the last pixel that is steady so far, and its piece.
-    let mut above: Vec<Option<(usize, usize)>> = vec![None; steady.width()];
-    let mut before: Option<&Run> = None;
-    for run in &pieces.runs {
-        let at = |x: usize| run.y * steady.width() + x;
-        if let Some(before) = before.filter(|before| before.y == run.y && run.from - before.to <= LINE) {
-            face([before.piece, run.piece], [at(before.to - 1), at(run.from)]);
-        }
-        for (x, above) in (run.from..).zip(&mut above[run.from..run.to]) {
-            let last = above.replace((run.y, run.piece));
-            if let Some((y, piece)) = last.filter(|(y, _)| (2..=LINE + 1).contains(&(run.y - y))) {
-                face([piece, run.piece], [y * steady.width() + x, at(x)]);
-            }
-        }
-        before = Some(run);
-    }
-    let are_one = |&(_, &[places, equal]): &(&[usize; 2], &[usize; 2])| {
-        places >= LEAST_PLACES && equal as f64 >= EQUAL * places as f64
-    };
-    let mut one = DisjointSets::new(pieces.sizes.len());
-    facing.iter().filter(are_one).for_each(|(&[a, b], _)| one.join(a as u32, b as u32));
-    let mut wholes: Vec<Bitmap> = Vec::new();
-    for ground in grounds {
-        if wholes.iter().any(|whole| whole.and(ground).area() > 0) {
-            continue;
-        }
-        let mut goes_on = vec![false; pieces.sizes.len()];
-        for run in pieces.runs.iter().filter(|run| ground.get(run.from, run.y)) {
-            goes_on[one.representative(run.piece as u32) as usize] = true;
-        }
-        let mut whole = ground.clone();
-        for run in &pieces.runs {
-            if goes_on[one.representative(run.piece as u32) as usize] {
-                whole.fill(run.y, run.from, run.to, true);
-            }
-        }
-        wholes.push(whole);
-    }
-    wholes
-}
-
-/// The mean colour of the ground by blocks; where none is seen what those around lead to.
-struct Blocks {
-    columns: usize,
-    colours: Vec<[u8; 3]>,
-}
-
-/// Blocks of one size: how many pixels of ground each has, and the sums of their colours.
-struct Level {
-    columns: usize,
-    rows: usize,
-    sums: Vec<[u64; 4]>,
-}
-
-impl Blocks {
-    /// Larger blocks fill in for smaller ones without ground, smoothly [Gortler et al. 1996, pull and push].
-    fn of(colours: &[[u8; 3]], seen: &Bitmap) -> Blocks {
-        let (width, height) = (seen.width(), seen.height());
-        let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
-        let mut finest = Level { columns, rows, sums: vec![[0; 4]; columns * rows] };
-        for y in 0..height {
-            for run in seen.runs(y) {
-                for x in run {
-                    finest.add(x / BLOCK, y / BLOCK, 1, colours[y * width + x].map(u64::from));
-                }
-            }
-        }
-        let mut levels = vec![finest];
-        while let Some(fine) = levels.last().filter(|level| level.sums.len() > 1) {
-            let (columns, rows) = (fine.columns.div_ceil(2), fine.rows.div_ceil(2));
-            let mut coarse = Level { columns, rows, sums: vec![[0; 4]; columns * rows] };
-            for (i, &[r, g, b, n]) in fine.sums.iter().enumerate() {
-                coarse.add(i % fine.columns / 2, i / fine.columns / 2, n, [r, g, b]);
-            }
-            levels.push(coarse);
-        }
-        // White where no ground is seen at all.
-        let (mut wider, mut filled) = (1, vec![[255.0; 3]]);
-        for level in levels.iter().rev() {
-            filled = level.filled(wider, &filled);
-            wider = level.columns;
-        }
-        Blocks { columns, colours: filled.into_iter().map(|colour| colour.map(|value| value.round() as u8)).collect() }
-    }
-
-    /// The colour of the ground about a pixel.
-    fn colour(&self, x: usize, y: usize) -> [u8; 3] {
-        self.colours[y / BLOCK * self.columns + x / BLOCK]
-    }
-}
-
-impl Level {
-    fn add(&mut self, column: usize, row: usize, pixels: u64, [r, g, b]: [u64; 3]) {
-        debug_assert!(row < self.rows);
-        let sums = &mut self.sums[row * self.columns + column];
-        for (sum, value) in sums.iter_mut().zip([r, g, b, pixels]) {
-            *sum += value;
-        }
-    }
-
-    /// The mean colour of each block; where it has none, between those of the larger blocks about it, in so many columns.
-    fn filled(&self, columns: usize, larger: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let rows = larger.len() / columns;
-        let between = |column: usize, row: usize| {
-            // A block lies a quarter of a larger one's side off its middle.
-            let beside = |at: usize, count: usize| {
-                if at.is_multiple_of(2) { (at / 2).saturating_sub(1) } else { (at / 2 + 1).min(count - 1) }
-            };
-            let (near, far) = ([column / 2, row / 2], [beside(column, columns), beside(row, rows)]);
-            let at = |x: usize, y: usize, channel: usize| larger[y * columns + x][channel];
-            std::array::from_fn(|channel| {
-                let along = |y: usize| 0.75 * at(near[0], y, channel) + 0.25 * at(far[0], y, channel);
-                0.75 * along(near[1]) + 0.25 * along(far[1])
-            })
-        };
-        let mean = |(i, &[r, g, b, n]): (usize, &[u64; 4])| match n {
-            0 => between(i % self.columns, i / self.columns),
-            n => [r, g, b].map(|sum| (sum / n) as f32),
-        };
-        self.sums.iter().enumerate().map(mean).collect()
-    }
 }

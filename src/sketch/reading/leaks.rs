@@ -2,7 +2,7 @@
 //! ground.
 
 use super::Sheet;
-use super::ground::apart;
+use super::colours::apart;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::pieces::{Pieces, Run};
 

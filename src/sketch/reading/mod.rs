@@ -6,15 +6,20 @@
 //! lines round it are its [`outline`]. Whatever was mended or left out is a [`notes::Note`].
 
 mod binding;
+mod blocks;
 mod border;
 pub(crate) mod canvas;
+pub(crate) mod checkerboard;
 mod closing;
+mod colours;
+mod continued;
 mod edge;
 mod enclosure;
 mod faint;
 mod figures;
 mod floor;
 mod ground;
+mod hull;
 mod ink;
 mod leaks;
 mod notes;
@@ -111,7 +116,7 @@ impl Reading {
             && let Drawn::Ink(ink) | Drawn::Scene(ink) = &seen.drawn
             && let Some((upon, inner)) = once_with(|| sheet.upon(&ink.all))
                 .chain(once_with(|| sheet.paper(&seen.grounds)))
-                .chain(once_with(|| sheet.plate(&seen.plates)))
+                .chain(once_with(|| sheet.plate(&seen.plates, seen.is_photograph)))
                 .flatten()
                 .find_map(|upon| upon.carrying(&colours))
         {
@@ -131,7 +136,7 @@ impl Reading {
         let ink =
             Ink { all: ink.all.framed(FRAME), dark: ink.dark.framed(FRAME), aside: ink.aside.framed(FRAME), ..ink };
         let (body, size) = body(&ink, &dilated(&border, ON_BORDER)).map_err(|gap| stays_open(canvas, gap))?;
-        let figures = figures::figures(&body, size);
+        let figures = figures::figures(&body, &ink.all, size);
         let largest = figures.first().map_or(0, |figure| figure.area.area());
         if largest < SMALLEST_FIGURE {
             let detail = format!("the largest figure has {largest} pixels; at least {SMALLEST_FIGURE} are needed");
@@ -219,13 +224,16 @@ struct Seen {
     drawn: Drawn,
     grounds: Vec<Bitmap>,
     plates: Vec<Bitmap>,
+    /// Whether the picture has the noise of a camera.
+    is_photograph: bool,
 }
 
 impl Seen {
     fn of(colours: &[[u8; 3]], sheet: &Sheet) -> Seen {
         let look = |lined: bool| {
             let ground = Ground::of(colours, sheet, lined);
-            Seen { drawn: ink::drawn(&ground, sheet), grounds: ground.pieces, plates: ground.plates }
+            let (drawn, is_photograph) = (ink::drawn(&ground, sheet), ground.noise > 0);
+            Seen { drawn, grounds: ground.pieces, plates: ground.plates, is_photograph }
         };
         match look(false) {
             Seen { drawn: Drawn::Ink(ink) | Drawn::Scene(ink), .. } if ink.patterned => look(true),

@@ -30,7 +30,7 @@ pub(super) fn shadow(ink: &Bitmap, faint: &Bitmap) -> Option<Bitmap> {
     }
     let shadow = dilated(&patches, NARROWEST + 1.0).and(faint);
     let rest = opened(&ink.without(&shadow), 1.0);
-    let figure = filled(&rest.framed(1)).cropped(1);
+    let figure = filled(&rest);
     let is_outside = shadow.without(&figure).area() as f64 >= OUTSIDE * shadow.area() as f64;
     if !is_outside || shadow.area() as f64 > MOST * figure.area() as f64 {
         return None;
@@ -47,7 +47,7 @@ fn is_thrown(ink: &Bitmap, figure: &Bitmap) -> bool {
         behind as isize - before as isize
     });
     let both = figure.or(&moved(figure, step));
-    let whole = filled(&ink.framed(1)).cropped(1).or(figure);
+    let whole = filled(&ink).or(figure);
     both.and(&whole).area() as f64 >= SAME_SHAPE * both.or(&whole).area() as f64
 }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
+use super::hull::Hull;
 use crate::raster::PixelBox;
 use crate::raster::bitmap::Bitmap;
 use crate::raster::enclosed::{filled, parts};
@@ -10,9 +11,8 @@ use crate::raster::neighbourhood::{dilated, eroded};
 /// Least share of a sheet that a sheet on it takes.
 const LEAST_SHARE: f64 = 0.2;
 
-/// A sheet takes this share of its bounding box, or a quadrilateral takes this share of it.
+/// A sheet of four sides takes this share of its bounding box, where no quadrilateral takes enough of it.
 const OF_BOX: f64 = 0.95;
-const OF_QUADRILATERAL: f64 = 0.94;
 
 /// How far the share that a disc takes of its bounding box is from π / 4.
 const OFF_ROUND: f64 = 0.015;
@@ -22,6 +22,14 @@ const OFF_ROUND: f64 = 0.015;
 const OF_DISC_SIDE: f64 = 0.5;
 const OF_DISC_WIDTH: f64 = 0.3;
 const OF_DISC: f64 = 0.08;
+
+/// A sheet of any other shape takes this share of its hull, and what is drawn on it no more than this share of its own: a
+/// patch of colour behind an animal, and no animal with a patch on its back.
+const OF_BLOB_HULL: f64 = 0.88;
+const SLENDER: f64 = 0.75;
+
+/// How far the parts of a figure on a disc lie apart at most, in parts of the disc's side.
+const OF_DISC_GAP: f64 = 0.04;
 
 /// Share of its outline along which a sheet is seen to end.
 const DRAWN_ROUND: f64 = 0.8;
@@ -40,9 +48,6 @@ const OF_PAPER_SIDE: f64 = 0.1;
 /// What is cut off the edge of such a paper, in parts of its side: ground is seen within its edge only, as far as that is straight.
 const PAPER_EDGE: f64 = 0.0075;
 
-/// Corners of a hull beyond which it is round.
-const MOST_CORNERS: usize = 120;
-
 /// Where a figure is looked for.
 #[derive(Clone, Debug)]
 pub(super) struct Sheet {
@@ -58,10 +63,13 @@ pub(super) struct Upon {
     form: Form,
 }
 
+#[derive(Clone, Copy)]
 enum Form {
     FourSided,
     /// A disc may be a figure itself, with a face on it.
     Round,
+    /// A patch of another shape, as round figures have on them, too.
+    Blob,
     /// A paper that runs over the border of the picture, seen as its ground.
     Ground,
 }
@@ -71,23 +79,35 @@ impl Upon {
     pub fn carries(&self, ink: &Bitmap) -> bool {
         match self.form {
             Form::FourSided => true,
-            Form::Round => self.is_on_disc(ink),
+            Form::Round => self.figure_on_disc(ink).is_some(),
+            Form::Blob => self
+                .figure_on_disc(ink)
+                .is_some_and(|figure| figure.area() as f64 <= SLENDER * Hull::of(&figure).area.area() as f64),
             Form::Ground => {
                 PixelBox::of(ink).is_some_and(|drawn| drawn.side() as f64 >= OF_PAPER_SIDE * self.bounds.side() as f64)
             }
         }
     }
 
-    fn is_on_disc(&self, ink: &Bitmap) -> bool {
-        let whole = filled(&ink.framed(1)).cropped(1);
-        let Some(largest) = parts(&whole, 1).into_iter().next() else { return false };
-        let Some(own) = PixelBox::of(&largest) else { return false };
-        let narrow = own.width().min(own.height()) as f64;
-        let is_apart = largest.and(&self.sheet.border(1.0)).area() == 0;
-        is_apart
-            && own.side() as f64 >= OF_DISC_SIDE * self.bounds.side() as f64
-            && narrow >= OF_DISC_WIDTH * self.bounds.side() as f64
-            && largest.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
+    /// What is drawn on a disc, where that is a figure on it.
+    fn figure_on_disc(&self, ink: &Bitmap) -> Option<Bitmap> {
+        let whole = filled(ink);
+        let side = self.bounds.side() as f64;
+        let border = self.sheet.border(1.0);
+        let is_figure = |part: &Bitmap| {
+            PixelBox::of(part).is_some_and(|own| {
+                own.side() as f64 >= OF_DISC_SIDE * side
+                    && own.width().min(own.height()) as f64 >= OF_DISC_WIDTH * side
+                    && part.area() as f64 >= OF_DISC * self.sheet.area.area() as f64
+                    && part.and(&border).area() == 0
+            })
+        };
+        let together = || {
+            let all = parts(&dilated(&whole, 0.5 * OF_DISC_GAP * side), 1).into_iter();
+            all.map(|all| all.and(&whole)).max_by_key(Bitmap::area)
+        };
+        let largest = parts(&whole, 1).into_iter().next()?;
+        if is_figure(&largest) { Some(largest) } else { together().filter(is_figure) }
     }
 }
 
@@ -109,62 +129,64 @@ impl Sheet {
         self.area.without(&eroded(&self.area.framed(2), width).cropped(2))
     }
 
-    /// The sheet that what is drawn on this one may be: of four sides or round, large, and drawn all round.
+    /// The sheet that what is drawn on this one may be: of four sides, round or a patch of colour, large, and drawn all round.
     pub fn upon(&self, ink: &Bitmap) -> Option<Upon> {
         let largest = || parts(ink, 1).into_iter().next();
         self.within(ink).or_else(|| self.within(&largest()?))
     }
 
-    /// The sheet that one of the plates seen on this one may be: a paper of four sides, or one that runs over the border.
-    pub fn plate(&self, plates: &[Bitmap]) -> Option<Upon> {
+    /// The sheet that one of the plates seen on this one may be: a paper of four sides, or one that runs over the border. In
+    /// what was not photographed it may be a figure's own body, with a face on it.
+    pub fn plate(&self, plates: &[Bitmap], is_photograph: bool) -> Option<Upon> {
         let border = self.border(1.0);
+        let form = if is_photograph { Form::Ground } else { Form::Round };
         plates.iter().find_map(|plate| {
-            let corners = hull(plate);
-            let area = polygon(&corners, plate.width(), plate.height()).area() as f64;
-            if has_four_sides(&corners, area) || plate.and(&border).area() > 0 {
-                self.paper(std::slice::from_ref(plate))
-            } else {
-                None
-            }
+            let hull = Hull::of(plate);
+            let is_paper = hull.has_four_sides() || plate.and(&border).area() > 0;
+            if is_paper { self.steady(plate, &hull.area, form) } else { None }
         })
     }
 
     /// The sheet that one of the grounds seen on this one may be: a paper of which the desk shows at some sides only.
     pub fn paper(&self, grounds: &[Bitmap]) -> Option<Upon> {
-        let all = self.area.area() as f64;
-        grounds.iter().find_map(|ground| {
-            let paper = filled(&ground.framed(1)).cropped(1);
-            let shape = polygon(&hull(&paper), paper.width(), paper.height());
-            let area = shape.area() as f64;
-            let is_some = area >= LEAST_SHARE * all && area <= (1.0 - BESIDE) * all;
-            if !is_some || (paper.area() as f64) < OF_HULL * area {
-                return None;
-            }
-            let bounds = PixelBox::of(&shape)?;
-            // Where it runs over the border of the picture nothing is cut off.
-            let inner = eroded(&shape, (PAPER_EDGE * bounds.side() as f64).max(2.0));
-            Sheet::of(inner).map(|sheet| Upon { sheet, bounds, form: Form::Ground })
-        })
+        grounds.iter().find_map(|ground| self.steady(ground, &Hull::of(ground).area, Form::Ground))
+    }
+
+    /// The sheet that something steady may be which has this hull.
+    fn steady(&self, steady: &Bitmap, hull: &Bitmap, form: Form) -> Option<Upon> {
+        let (all, area) = (self.area.area() as f64, hull.area() as f64);
+        let is_some = area >= LEAST_SHARE * all && area <= (1.0 - BESIDE) * all;
+        if !is_some || (filled(steady).area() as f64) < OF_HULL * area {
+            return None;
+        }
+        let bounds = PixelBox::of(hull)?;
+        // Where it runs over the border of the picture nothing is cut off.
+        let inner = eroded(hull, (PAPER_EDGE * bounds.side() as f64).max(2.0));
+        Sheet::of(inner).map(|sheet| Upon { sheet, bounds, form })
     }
 
     fn within(&self, ink: &Bitmap) -> Option<Upon> {
         let bounds = PixelBox::of(ink)?;
-        let corners = hull(ink);
-        let shape = polygon(&corners, ink.width(), ink.height());
-        let area = shape.area() as f64;
+        let hull = Hull::of(ink);
+        let area = hull.area.area() as f64;
         let of_box = area / (bounds.width() * bounds.height()) as f64;
-        let is_large = area >= LEAST_SHARE * self.area.area() as f64;
-        let has_four_sides = of_box >= OF_BOX || has_four_sides(&corners, area);
-        let is_round = (of_box - FRAC_PI_4).abs() <= OFF_ROUND;
-        if !is_large || !has_four_sides && !is_round {
+        if area < LEAST_SHARE * self.area.area() as f64 {
             return None;
         }
+        let (form, shape) = if of_box >= OF_BOX || hull.has_four_sides() {
+            (Form::FourSided, hull.area)
+        } else if (of_box - FRAC_PI_4).abs() <= OFF_ROUND {
+            (Form::Round, hull.area)
+        } else if ink.area() as f64 >= OF_BLOB_HULL * area {
+            (Form::Blob, filled(ink))
+        } else {
+            return None;
+        };
         let edge = (EDGE * bounds.side() as f64).max(2.0);
         let rim = shape.without(&eroded(&shape.framed(2), 1.0).cropped(2));
         if (rim.and(&dilated(ink, edge)).area() as f64) < DRAWN_ROUND * rim.area() as f64 {
             return None;
         }
-        let form = if has_four_sides { Form::FourSided } else { Form::Round };
         let inner = within_frame(&shape, ink, edge, (WIDEST_FRAME * bounds.side() as f64).max(2.0));
         Sheet::of(inner).map(|sheet| Upon { sheet, bounds, form })
     }
@@ -180,74 +202,4 @@ fn within_frame(shape: &Bitmap, ink: &Bitmap, least: f64, most: f64) -> Bitmap {
     };
     let steps = (0..).map(|k| least + f64::from(k)).take_while(|&by| by <= most);
     steps.map(&cut).find(|inner| !is_framed(inner)).unwrap_or_else(|| cut(least))
-}
-
-/// The pixels whose centres lie in a convex ring, which runs down one side and up the other.
-fn polygon(ring: &[[f64; 2]], width: usize, height: usize) -> Bitmap {
-    let mut area = Bitmap::new(width, height);
-    for y in 0..height {
-        let level = y as f64 + 0.5;
-        let edges = ring.iter().zip(ring.iter().cycle().skip(1));
-        let crossings = edges.filter(|(p, q)| (p[1] > level) != (q[1] > level));
-        let places = crossings.map(|(p, q)| p[0] + (level - p[1]) / (q[1] - p[1]) * (q[0] - p[0]));
-        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (x.min(low), x.max(high)));
-        if low < high {
-            area.fill(y, low.round() as usize, (high.round() as usize).min(width), true);
-        }
-    }
-    area
-}
-
-/// The convex hull of the pixels' corners, counter-clockwise as y points up.
-fn hull(shape: &Bitmap) -> Vec<[f64; 2]> {
-    let mut sides: [Vec<[f64; 2]>; 2] = [Vec::new(), Vec::new()];
-    for y in 0..shape.height() {
-        let mut runs = shape.runs(y);
-        let Some(first) = runs.next() else { continue };
-        let end = runs.last().map_or(first.end, |last| last.end);
-        for y in [y, y + 1] {
-            push_convex(&mut sides[0], [first.start as f64, y as f64], -1.0);
-            push_convex(&mut sides[1], [end as f64, y as f64], 1.0);
-        }
-    }
-    let [left, mut right] = sides;
-    right.extend(left.into_iter().rev());
-    right
-}
-
-/// Adds a point below the others, taking out what is no corner of the hull on the one side of it.
-fn push_convex(side: &mut Vec<[f64; 2]>, point: [f64; 2], turn: f64) {
-    while let [.., a, b] = side[..] {
-        if turn * cross(a, b, point) > 0.5 {
-            break;
-        }
-        side.pop();
-    }
-    side.push(point);
-}
-
-/// Twice the area of the triangle of three points, positive where they turn right as y points down.
-fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// Whether a convex ring about this area has four sides.
-fn has_four_sides(corners: &[[f64; 2]], area: f64) -> bool {
-    corners.len() <= MOST_CORNERS && largest_quadrilateral(corners) >= OF_QUADRILATERAL * area
-}
-
-/// The area of the largest quadrilateral of a convex ring's corners.
-fn largest_quadrilateral(ring: &[[f64; 2]]) -> f64 {
-    let mut largest: f64 = 0.0;
-    for (i, &a) in ring.iter().enumerate() {
-        for &c in &ring[i + 1..] {
-            let (mut left, mut right): (f64, f64) = (0.0, 0.0);
-            for &b in ring {
-                let side = cross(a, c, b);
-                (left, right) = (left.max(-side), right.max(side));
-            }
-            largest = largest.max(0.5 * (left + right));
-        }
-    }
-    largest
 }

@@ -780,3 +780,72 @@ fn what_runs_over_one_corner_of_the_sheet_is_the_figure() {
     let ratio = area(png(picture)) / shown;
     assert!((0.95..1.05).contains(&ratio), "{ratio}");
 }
+
+#[test]
+fn a_checkerboard_is_what_is_transparent() {
+    let square = |x: u32, y: u32| if (x / 12 + y / 12) % 2 == 0 { [255; 3] } else { [204; 3] };
+    let is_transparent = |read: &Imported| codes(read).contains(&WarningCode::Background);
+    let grey = png(person(|_, _| [180, 180, 188], square));
+    assert!(is_transparent(grey.as_ref().unwrap()) && is_whole(grey));
+    // A coat of one of the greys in a dark outline is seen as on white.
+    let line = |[x, y]: [f64; 2]| beside_outline([x, y]).0 < 6.0;
+    let outlined = |x: u32, y: u32| if line([f64::from(x), f64::from(y)]) { [30; 3] } else { [255; 3] };
+    let coat = png(person(outlined, square)).unwrap();
+    let ratio = coat.sketch.mesh().area() / area(png(person(outlined, |_, _| [255; 3])));
+    assert!(is_transparent(&coat) && (ratio - 1.0).abs() < 0.01, "{ratio}");
+}
+
+#[test]
+fn a_pencil_beside_the_drawing_stays_there() {
+    let pencil = r##"<path d="M480 90L500 470" stroke="#b80" stroke-width="20"/>"##;
+    let read = svg(&moved(0.7, [0.0, 20.0], &format!("{}{pencil}", drawn_in_lines()))).unwrap();
+    assert!((read.sketch.mesh().area() / (0.49 * whole()) - 1.0).abs() < 0.05, "{:?}", read.figures);
+    // A leg that does not quite reach the body does.
+    let walker = svg(r#"<path d="M100 60H300V260H100Z"/><path d="M140 300V460" stroke="black" stroke-width="16"/>"#);
+    assert_eq!(walker.unwrap().figures.len(), 1);
+}
+
+#[test]
+fn a_cloud_and_a_caption_beside_a_filled_figure_are_no_parts_of_it() {
+    let cloud = r#"<ellipse cx="60" cy="60" rx="55" ry="30" fill="none" stroke="black" stroke-width="3"/>"#;
+    let caption = r##"<path d="M10 30H130V85H10Z" fill="#fe8"/>"##;
+    for beside in [cloud, caption] {
+        let read = svg(&format!(r#"<polygon points="{PERSON}"/>{beside}"#));
+        assert!(is_whole(read), "{beside}");
+    }
+}
+
+#[test]
+fn a_figure_on_a_patch_of_colour_is_told_from_an_animal_with_one_on_its_back() {
+    let patch =
+        r##"<path d="M200 20C330 10 390 110 380 240S350 480 190 480S0 400 30 240S90 30 200 20Z" fill="#fcc"/>"##;
+    let person = |scale: f64| {
+        moved(scale, [200.0 * (1.0 - scale), 250.0 * (1.0 - scale)], &format!(r#"<polygon points="{PERSON}"/>"#))
+    };
+    let read = svg(&format!("{patch}{}", person(0.7)));
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
+    assert!((area(read) / (0.49 * whole()) - 1.0).abs() < 0.05);
+    let back = r#"<ellipse cx="200" cy="260" rx="110" ry="140"/>"#;
+    let all = area(svg(patch));
+    assert!((area(svg(&format!("{patch}{back}"))) / all - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn a_figure_in_parts_on_a_disc_is_seen() {
+    let disc = r##"<circle cx="200" cy="250" r="199" fill="#c33"/>"##;
+    let parts = r#"<path fill="white" d="M130 200H270V262H130ZM130 270H270V340H130ZM130 345H190V400H130ZM210 345H270V400H210Z"/>"#;
+    let read = svg(&format!(r#"{disc}{parts}<circle cx="200" cy="165" r="30" fill="white"/>"#)).unwrap();
+    assert!(codes(&read).contains(&WarningCode::Background));
+    assert!(read.sketch.mesh().area() < 30_000.0, "{}", read.sketch.mesh().area());
+}
+
+#[test]
+fn the_canvas_in_the_window_of_a_program_is_the_sheet() {
+    let window = r##"<path d="M0 0H400V500H0Z" fill="#f4f4f4"/><path d="M20 40H330V480H20Z" fill="#c8ccd2"/>
+                     <path d="M330 60H390V90H330ZM340 120H400V140H340Z" fill="#8ac"/>"##;
+    let canvas = r##"<path d="M40 60H310V460H40Z" fill="white"/>"##;
+    let read =
+        svg(&format!(r#"{window}{canvas}{}"#, moved(0.6, [55.0, 110.0], &format!(r#"<polygon points="{PERSON}"/>"#))));
+    assert!(codes(read.as_ref().unwrap()).contains(&WarningCode::Background));
+    assert!((area(read) / (0.36 * whole()) - 1.0).abs() < 0.05);
+}
