@@ -16,6 +16,8 @@ pub mod request;
 mod run;
 pub mod settings;
 mod stages;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 

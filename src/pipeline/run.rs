@@ -156,7 +156,7 @@ impl<'a> Matching<'a> {
             mesh: settings.mesh.clone(),
             request: Settings { components, ..(*settings).clone() },
             c: Matrix::from(points.c.as_ref()),
-            correspondences: correspondences(sketch, figure, &points),
+            correspondences: holding(correspondences(sketch, figure, &points), settings, landmarks),
             confidence,
             rating: calibrated.then(|| Rating::of(confidence)),
             alignment: aligned.map(|aligned| aligned.report(figure)),
@@ -329,6 +329,17 @@ fn correspondences(sketch: &Sketch, figure: &Figure, points: &Points) -> Vec<Cor
             }
         })
         .collect()
+}
+
+/// The same with every landmark's own vertex of the file as its answer: of a figure joined of components or made coarser another
+/// may answer for its vertex.
+fn holding(mut answers: Vec<Correspondence>, settings: &Settings, landmarks: &[[usize; 2]]) -> Vec<Correspondence> {
+    for (landmark, &[x, _]) in settings.landmarks.iter().zip(landmarks) {
+        let Correspondence { mesh_vertex, triangle, .. } = &mut answers[x];
+        let other = std::mem::replace(mesh_vertex, landmark.mesh);
+        triangle.iter_mut().flatten().filter(|corner| **corner == other).for_each(|corner| *corner = landmark.mesh);
+    }
+    answers
 }
 
 fn warnings(

@@ -1,0 +1,70 @@
+//! Matches of sheets and balls, too small to look like anything.
+
+use serde_json::{Value, json};
+
+use super::outcome::MatchResult;
+use super::request::MatchRequest;
+use super::{Computing, MatchError, Settings, Stage, Surroundings, Watcher, run};
+use crate::mesh::TriangleMesh;
+use crate::mesh::file_mesh::FileMesh;
+use crate::mesh::solids::{sheet, sphere};
+use crate::numerics::Cancelled;
+use crate::sketch::{Sketch, YAxis};
+
+struct Patient;
+
+impl Watcher for Patient {
+    fn proceed(&self, _stage: Stage, _fraction: f64) -> Result<(), Cancelled> {
+        Ok(())
+    }
+}
+
+fn drawing(columns: u32, rows: u32) -> Sketch {
+    Sketch::new(sheet(columns, rows), YAxis::Up).unwrap()
+}
+
+/// A match by the map alone, of few functions, unless the request says otherwise.
+fn settings(request: Value) -> Settings {
+    let mut whole = json!({
+        "mesh": "mesh", "sketch": "sketch", "preset": "thesis", "basis": {"k": 8},
+        "descriptors": {"hks": {"count": 5}, "wks": {"count": 5}}, "regions": {"method": "auto", "count": 3},
+    });
+    whole.as_object_mut().unwrap().extend(request.as_object().unwrap().clone());
+    let request: MatchRequest = serde_json::from_value(whole).unwrap();
+    Settings::resolve(&request).unwrap()
+}
+
+fn matched(sketch: &Sketch, mesh: &FileMesh, request: Value) -> Result<MatchResult, MatchError> {
+    let surroundings = Surroundings {
+        spectra: &Computing,
+        preparations: &Computing,
+        watcher: &Patient,
+        clock: &|| 0.0,
+        preview: None,
+    };
+    run(sketch, mesh, &settings(request), &surroundings)
+}
+
+/// Two balls of area 1 that overlap.
+fn balls() -> FileMesh {
+    let ball = sphere(24, 48);
+    let [left, right] = [-0.2, 0.2].map(|beside| ball.positions().iter().map(move |&[x, y, z]| [x + beside, y, z]));
+    let first = ball.positions().len() as u32;
+    let triangles = [0, first].into_iter().flat_map(|first| ball.triangles().iter().map(move |t| t.map(|v| first + v)));
+    TriangleMesh::new(left.chain(right).collect(), triangles.collect()).unwrap().into()
+}
+
+#[test]
+fn landmarks_answer_with_their_own_vertex_also_of_a_figure_joined_of_components() {
+    let (sketch, mesh) = (drawing(9, 4), balls());
+    let landmarks: Vec<Value> =
+        (0..10).map(|i| json!({"sketch": sketch.point(5 * i), "mesh": 300 + 170 * i})).collect();
+    let result = matched(&sketch, &mesh, json!({"components": [0, 1], "landmarks": landmarks})).unwrap();
+    for i in 0..10 {
+        let answer = &result.correspondences[5 * i];
+        assert_eq!(answer.mesh_vertex as usize, 300 + 170 * i);
+        let corners = answer.triangle.unwrap().into_iter().zip(answer.barycentric.unwrap());
+        let own = corners.filter(|(corner, _)| *corner == answer.mesh_vertex);
+        assert_eq!(own.map(|(_, weight)| weight).sum::<f64>(), 1.0);
+    }
+}
