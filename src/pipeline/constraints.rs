@@ -250,8 +250,13 @@ pub(super) fn at_vertices(constraints: &Constraints<'_>) -> [Mat<f64>; 2] {
             j => kernels[1][(x, j - widths[0] - widths[1])],
         });
         for j in 0..functions.ncols() {
-            let squares: f64 = functions.col(j).iter().zip(&spectrum.mass).map(|(f, mass)| mass * f * f).sum();
-            functions.col_mut(j).iter_mut().for_each(|f| *f /= squares.sqrt().max(f64::MIN_POSITIVE));
+            // Heat that has long spread may be so little that its squares are 0.
+            let largest = functions.col(j).norm_max();
+            if largest > 0.0 {
+                functions.col_mut(j).iter_mut().for_each(|f| *f /= largest);
+                let squares: f64 = functions.col(j).iter().zip(&spectrum.mass).map(|(f, mass)| mass * f * f).sum();
+                functions.col_mut(j).iter_mut().for_each(|f| *f /= squares.sqrt());
+            }
         }
         functions
     };
@@ -332,6 +337,33 @@ mod tests {
             let c = random::normal(k, k, 1);
             let (part, all) = (as_part.value(c.as_ref()), as_it_is.value(c.as_ref()));
             assert!((part - all).abs() < 1e-9 * all, "{columns:?}: {part} {all}");
+        }
+    }
+
+    #[test]
+    fn functions_of_terms_are_of_one_size_however_little_heat_is_left() {
+        let meshes = [sheet(9, 4), sheet(12, 9)];
+        let spectra =
+            meshes.each_ref().map(|mesh| spectrum(mesh, 7, Boundary::Dirichlet, &Unwatched).unwrap().at_unit_area(7));
+        let none = |n: usize| Regions::new(vec![Regions::NONE; n]).unwrap();
+        let [sketch, mesh] = spectra.each_ref().map(|spectrum| none(spectrum.vertices()));
+        let heat = r#"{"hks": {"count": 2, "times": [20, 1000]}, "wks": {"count": 0}}"#;
+        let request = MatchRequest { descriptors: Some(serde_json::from_str(heat).unwrap()), ..MatchRequest::default() };
+        let settings = Settings::resolve(&request).unwrap();
+        let functions = at_vertices(&Constraints {
+            descriptors: &settings.descriptors,
+            spectra: [&spectra[0], &spectra[1]],
+            scaled: &spectra[1].eigenvalues,
+            regions: &Correspondence { sketch, mesh, pairs: Vec::new(), cost: 0.0 },
+            landmarks: &[],
+            functions: None,
+            points: None,
+        });
+        for (functions, spectrum) in functions.iter().zip(&spectra) {
+            let square = |j: usize| functions.col(j).iter().zip(&spectrum.mass).map(|(f, m)| m * f * f).sum::<f64>();
+            // The last time leaves nothing at all.
+            assert_eq!((functions.ncols(), functions.col(1).norm_max()), (2, 0.0));
+            assert!((square(0) - 1.0).abs() < 1e-9, "{}", square(0));
         }
     }
 }
