@@ -68,3 +68,17 @@ fn landmarks_answer_with_their_own_vertex_also_of_a_figure_joined_of_components(
         assert_eq!(own.map(|(_, weight)| weight).sum::<f64>(), 1.0);
     }
 }
+
+#[test]
+fn what_a_map_of_ones_own_is_worth_counts_the_regions_whatever_the_regulariser() {
+    let (sketch, mesh) = (drawing(9, 4), FileMesh::from(sheet(12, 9)));
+    let rows = |i: usize| (0..8).map(move |j| if i == j { 1.0 } else { 0.1 }).collect::<Vec<f64>>();
+    let own = json!({"type": "c", "rows": (0..8).map(rows).collect::<Vec<_>>()});
+    let objective = |regulariser: &str| {
+        let request = json!({"given_map": own, "regulariser": {"type": regulariser}});
+        matched(&sketch, &mesh, request).unwrap().solver.objective
+    };
+    let wanted = objective("none");
+    assert!(wanted > 1.0);
+    assert_eq!([objective("permuted_l1"), objective("part_indicator")], [wanted; 2]);
+}
