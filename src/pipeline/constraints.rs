@@ -163,7 +163,8 @@ fn beside(blocks: [Mat<f64>; 3]) -> Mat<f64> {
     })
 }
 
-/// What is known without the order of the regions, and the functions of every region of both shapes.
+/// What is known without the order of the regions, and the functions of every region of both shapes that has a vertex, in the
+/// order of their numbers.
 ///
 /// # Errors
 /// As [`problem`].
@@ -181,7 +182,7 @@ pub(super) fn unordered(constraints: &Constraints<'_>, watch: &dyn Watch) -> Res
             });
             beside(scaled)
         };
-        Ok::<_, MapError>(projections.iter().map(block).collect())
+        Ok::<_, MapError>(regions.numbers().into_iter().map(|number| block(&projections[number])).collect())
     };
     Ok(Unordered {
         known,

@@ -16,6 +16,7 @@ use crate::functional_map::term::Shape;
 use crate::functional_map::weights::weights;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Report, Stopped, Watch};
+use crate::regions::Regions;
 use crate::regions::pairing::RegionPair;
 use crate::spectral::Spectrum;
 
@@ -69,7 +70,7 @@ impl<'a> Energy<'a> {
             // Of a map of the user's own nothing is to be found together with it.
             _ if settings.given_map.is_some() => Energy::Ordered(problem(constraints, watch)?),
             Regulariser::PermutedL1(term) => {
-                let most = constraints.regions.sketch.count().max(constraints.regions.mesh.count());
+                let most = constraints.regions.sketch.numbers().len().max(constraints.regions.mesh.numbers().len());
                 if most > MOST_UNORDERED {
                     let detail = format!("{most} regions are too many to put in order: {MOST_UNORDERED} at most");
                     return Err(MatchError::Faults(vec![Fault::new("/regions", detail)]));
@@ -120,9 +121,14 @@ impl<'a> Energy<'a> {
         let w = |start: &Mat<f64>| weights(&settings.weights, start.as_ref(), eigenvalues, constraints.scaled);
         match self {
             Energy::Unordered(unordered, term) => {
-                let pairs: Vec<Pair> = constraints.regions.pairs.iter().map(|pair| [pair.sketch, pair.mesh]).collect();
-                let found = ordered(unordered, term, pairs, &w, watch)?;
-                let pair = |&[sketch, mesh]: &Pair| RegionPair { sketch, mesh, cost: 0.0 };
+                // Numbers that no vertex has are no regions: the others are counted through, and told by their own.
+                let [sketch, mesh] = [&constraints.regions.sketch, &constraints.regions.mesh].map(Regions::numbers);
+                let known = constraints.regions.pairs.iter();
+                let place = |pair: &RegionPair| {
+                    Some([sketch.binary_search(&pair.sketch).ok()?, mesh.binary_search(&pair.mesh).ok()?])
+                };
+                let found = ordered(unordered, term, known.filter_map(place).collect(), &w, watch)?;
+                let pair = |&[r, s]: &Pair| RegionPair { sketch: sketch[r], mesh: mesh[s], cost: 0.0 };
                 let pairs = Together::Pairs(found.pairs.iter().map(pair).collect());
                 Ok(Mapped { start: found.start, weights: found.weights, solution: found.solution, together: pairs })
             }

@@ -82,3 +82,21 @@ fn what_a_map_of_ones_own_is_worth_counts_the_regions_whatever_the_regulariser()
     assert!(wanted > 1.0);
     assert_eq!([objective("permuted_l1"), objective("part_indicator")], [wanted; 2]);
 }
+
+#[test]
+fn regions_in_an_unknown_order_are_those_that_there_are() {
+    let (sketch, mesh) = (drawing(9, 4), FileMesh::from(sheet(12, 9)));
+    let halves = |vertices: usize, last: i32| -> Vec<i32> {
+        (0..vertices).map(|v| if 2 * v < vertices { 0 } else { last }).collect()
+    };
+    let given = |last: i32| {
+        let regions = json!({"method": "given", "sketch": halves(50, last), "mesh": halves(130, last)});
+        matched(&sketch, &mesh, json!({"regulariser": {"type": "permuted_l1"}, "regions": regions})).unwrap()
+    };
+    let [counted, apart] = [1, 20].map(given);
+    let pairs = |result: &MatchResult| -> Vec<[usize; 2]> {
+        result.intermediate.regions.pairs.iter().map(|pair| [pair.sketch, pair.mesh]).collect()
+    };
+    let renamed = pairs(&counted).iter().map(|pair| pair.map(|number| 20 * number)).collect::<Vec<_>>();
+    assert_eq!((pairs(&apart), apart.c), (renamed, counted.c));
+}
