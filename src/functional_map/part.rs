@@ -44,9 +44,10 @@ pub struct Group {
 pub struct Shown {
     /// η, one of every vertex of the mesh, from 0 to 1.
     pub part: Vec<f64>,
-    /// C⁰ of that part.
+    /// C⁰ of nearly the whole mesh, from which all begins and of which W is made.
     pub start: Mat<f64>,
     pub weights: Mat<f64>,
+    /// Its report is that of C in all turns, by the energy of C and the part.
     pub solution: Solution,
 }
 
@@ -77,6 +78,17 @@ impl Partial<'_> {
             }
         }
         grams
+    }
+
+    /// By how much the area of the part is too large.
+    fn over(&self, term: &PartIndicator, part: &[f64]) -> f64 {
+        part.iter().zip(self.mass).map(|(share, mass)| share * mass).sum::<f64>() - term.area
+    }
+
+    /// What area and boundary of a part cost.
+    fn of_shape(&self, term: &PartIndicator, part: &[f64]) -> f64 {
+        let (length, _) = self.surface.variation(part);
+        term.area_weight * self.over(term, part).powi(2) + term.boundary_weight * length
     }
 
     /// The row of Ψ at a vertex, and its squares and 1.
@@ -145,16 +157,10 @@ impl OfPart<'_> {
         x.col(0).iter().zip(self.roots).map(|(x, root)| indicator(x / root)).collect()
     }
 
-    /// By how much the area of the part is too large.
-    fn over(&self, part: &[f64]) -> f64 {
-        part.iter().zip(self.partial.mass).map(|(share, mass)| share * mass).sum::<f64>() - self.term.area
-    }
-
     fn value(&self, x: MatRef<'_, f64>) -> f64 {
         let part = self.part(x);
         let data = self.images.iter().zip(self.partial.grams(&part)).map(|(image, gram)| image.value(&gram));
-        let (length, _) = self.partial.surface.variation(&part);
-        data.sum::<f64>() + self.term.area_weight * self.over(&part).powi(2) + self.term.boundary_weight * length
+        data.sum::<f64>() + self.partial.of_shape(self.term, &part)
     }
 
     fn gradient(&self, x: MatRef<'_, f64>) -> Mat<f64> {
@@ -163,7 +169,7 @@ impl OfPart<'_> {
         let difference = |(image, gram): (&Image, Mat<f64>)| gram * &image.inner - &image.cross;
         let differences: Vec<Mat<f64>> = self.images.iter().zip(self.partial.grams(&part)).map(difference).collect();
         let (_, by_length) = surface.variation(&part);
-        let by_area = self.term.area_weight * self.over(&part);
+        let by_area = self.term.area_weight * self.partial.over(self.term, &part);
         Mat::from_fn(part.len(), 1, |y, _| {
             let by_data = group_of[y].map_or(0.0, |group| {
                 let (row, squares) = self.partial.at(y);
@@ -183,7 +189,7 @@ fn indicator(v: f64) -> f64 {
 }
 
 /// C and the part in turns, from nearly the whole mesh. `weights` makes W of C⁰. Each turn minimises in one of both and lowers the
-/// energy; that the least of all is reached is not known. The objective told is that of data and ρ(C) at the part found.
+/// energy; that the least of all is reached is not known. The objective told is that of C and the part.
 ///
 /// # Errors
 /// As [`solve`].
@@ -197,10 +203,16 @@ pub fn shown(
     let roots: Vec<f64> = partial.mass.iter().map(|mass| mass.sqrt()).collect();
     let mut x = Mat::from_fn(roots.len(), 1, |y, _| FIRST * roots[y]);
     let mut part = vec![indicator(FIRST); roots.len()];
-    let mut problem = partial.problem(&part)?;
-    let first = least_squares(&problem)?;
-    let w = weights(&first);
-    let mut solution = solve(&problem, &regulariser, &w, first, watch)?;
+    let problem = partial.problem(&part)?;
+    let start = least_squares(&problem)?;
+    let w = weights(&start);
+    let solved = |problem: &Problem, part: &[f64], from: Mat<f64>| {
+        let mut solution = solve(problem, &regulariser, &w, from, watch)?;
+        let of_shape = partial.of_shape(term, part);
+        solution.report.history.iter_mut().for_each(|value| *value += of_shape);
+        Ok::<_, MapError>(solution)
+    };
+    let mut solution = solved(&problem, &part, start.clone())?;
     // A unit of length for v: that by which the gradient of data and area at most grows.
     let step = 0.5 / (partial.largest() + term.area_weight).max(f64::MIN_POSITIVE);
     for _ in 0..term.rounds {
@@ -213,10 +225,10 @@ pub fn shown(
         };
         (x, _) = conjugate_gradient::minimise(&h, x, Stopping { max_iterations: ITERATIONS, tolerance: 0.0 }, watch)?;
         part = of_part.part(x.as_ref());
-        problem = partial.problem(&part)?;
-        solution = solve(&problem, &regulariser, &w, solution.c, watch)?;
+        let next = solved(&partial.problem(&part)?, &part, solution.c)?;
+        solution = Solution { c: next.c, report: solution.report.followed_by(next.report) };
     }
-    Ok(Shown { part, start: least_squares(&problem)?, weights: w, solution })
+    Ok(Shown { part, start, weights: w, solution })
 }
 
 #[cfg(test)]
@@ -224,7 +236,7 @@ mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
     use crate::mesh::solids::sheet;
-    use crate::numerics::{Unwatched, random};
+    use crate::numerics::{Report, Unwatched, random};
     use crate::spectral::{Boundary, Spectrum, spectrum};
 
     const K: usize = 12;
@@ -275,6 +287,29 @@ mod tests {
                 .map(|(_, mass)| mass)
                 .sum();
             assert!(right > 0.9, "{line}: {right}");
+        }
+    }
+
+    #[test]
+    fn all_turns_are_told_from_the_first_start_on_by_one_energy() {
+        let (mesh, spectrum, inside) = seen_to(0.4);
+        let partial = partial(&mesh, &spectrum, &inside);
+        for orthogonality in [0.0, 0.1] {
+            let term = PartIndicator { rounds: 3, max_iterations: 20, orthogonality, ..PartIndicator::default() };
+            let found = shown(&partial, &term, &slanted, &Unwatched).unwrap();
+            let whole = partial.problem(&[indicator(FIRST)].repeat(spectrum.vertices())).unwrap();
+            assert_eq!(found.start, least_squares(&whole).unwrap());
+            let Report { iterations, history, .. } = found.solution.report;
+            // Each of four turns in C is of 20 iterations or, found directly, told at its end.
+            assert_eq!((iterations, history.len()), if orthogonality > 0.0 { (80, 81) } else { (0, 5) });
+            assert!(history.is_sorted_by(|before, after| after <= before), "{history:?}");
+            let c = &found.solution.c;
+            let weighted: f64 = (0..K * K).map(|i| (i / K, i % K)).map(|at| (slanted(c)[at] * c[at]).powi(2)).sum();
+            let unlike = (c.transpose() * c - Mat::<f64>::identity(K, K)).squared_norm_l2();
+            let data = partial.problem(&found.part).unwrap().value(c.as_ref());
+            let of_shape = partial.of_shape(&term, &found.part);
+            let energy = data + term.gamma * weighted + orthogonality * unlike + of_shape;
+            assert!((history.last().unwrap() - energy).abs() < 1e-9 * history[0]);
         }
     }
 

@@ -201,12 +201,17 @@ pub enum AlternativeKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Solver {
     pub regulariser: String,
-    /// 0 where the solution is direct.
+    /// Of all turns where C is found in turns with something else; 0 where the solution is direct.
     pub iterations: usize,
-    /// ‖C A − B‖²_F + γ ρ(C) at the C that was found, before any refinement.
+    /// ‖C A − B‖²_F + γ ρ(C) at the C that was found, before any refinement; by `part_indicator` with what area and boundary of the
+    /// part cost.
     pub objective: f64,
+    /// Of the last turn.
     pub stopped: Stopped,
-    /// The objective at the start C⁰ and after every iteration.
+    /// The objective at the start C⁰ and after every iteration, of a direct solution at its end. By `permuted_l1` and
+    /// `part_indicator` of all turns in C, one after the other, each at the order or the part of that turn; what is gained by a new
+    /// order or part is in the next value. Where the request pairs fewer regions than can be paired, the first turn of
+    /// `permuted_l1` counts its pairs alone.
     pub history: Vec<f64>,
 }
 
@@ -232,7 +237,8 @@ pub struct Intermediate {
     /// The factor on the mesh's eigenvalues that descriptors were made with.
     pub spectral_scale: f64,
     pub regions: PairedRegions,
-    /// C⁰, the least-squares solution every solver starts from.
+    /// C⁰, the least-squares solution every solver starts from: of turns the first, with the pairs that were begun with or with
+    /// nearly the whole mesh.
     pub initial_c: Matrix,
     /// W.
     pub weights: Matrix,
