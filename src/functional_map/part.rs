@@ -52,14 +52,20 @@ pub struct Shown {
 }
 
 impl Partial<'_> {
+    /// The functions of every pair of regions, of sketch and mesh, for a part: k × p and l × p.
+    pub fn functions(&self, part: &[f64]) -> Vec<[Mat<f64>; 2]> {
+        let of_group = |(group, gram): (&Group, Mat<f64>)| [group.sketch.clone(), gram * &group.filters];
+        self.groups.iter().zip(self.grams(part)).map(of_group).collect()
+    }
+
     /// The data term for a part.
     ///
     /// # Errors
     /// [`MapError`] if a shape does not fit or an entry is not finite.
     pub fn problem(&self, part: &[f64]) -> Result<Problem, MapError> {
         let mut problem = self.known.clone();
-        for (group, gram) in self.groups.iter().zip(self.grams(part)) {
-            problem.constrain(group.sketch.as_ref(), (gram * &group.filters).as_ref())?;
+        for [a, b] in self.functions(part) {
+            problem.constrain(a.as_ref(), b.as_ref())?;
         }
         Ok(problem)
     }

@@ -83,8 +83,7 @@ pub(super) fn problem(constraints: &Constraints<'_>, watch: &dyn Watch) -> Resul
 
 /// The data term without the functions of regions.
 fn without_regions(constraints: &Constraints<'_>, watch: &dyn Watch) -> Result<Problem, MapError> {
-    let none = Correspondence { pairs: Vec::new(), ..constraints.regions.clone() };
-    problem(&Constraints { regions: &none, ..*constraints }, watch)
+    problem(&Constraints { regions: &constraints.regions.unpaired(), ..*constraints }, watch)
 }
 
 /// Hands on the coefficients of corresponding functions, blocks of A (k × p) and B (l × p) in the order of their columns.

@@ -240,7 +240,7 @@ pub struct Intermediate {
     /// C⁰, the least-squares solution every solver starts from: of turns the first, with the pairs that were begun with or with
     /// nearly the whole mesh.
     pub initial_c: Matrix,
-    /// W.
+    /// W: with `joint_diagonalisation` that of C in the coupled bases, as the objective is; C and C⁰ are of the eigenfunctions.
     pub weights: Matrix,
     /// By the regulariser `part_indicator`: for every vertex of the user's mesh file how much it belongs to the part that the
     /// sketch shows, from 0 to 1; 0 off the component that is matched.

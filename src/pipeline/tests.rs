@@ -4,11 +4,11 @@ use serde_json::{Value, json};
 
 use super::outcome::MatchResult;
 use super::request::MatchRequest;
-use super::{Computing, MatchError, Settings, Stage, Surroundings, Watcher, run};
+use super::{Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, functions, run};
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::solids::{sheet, sphere};
-use crate::numerics::Cancelled;
+use crate::numerics::{Cancelled, Unwatched};
 use crate::sketch::{Sketch, YAxis};
 
 struct Patient;
@@ -99,4 +99,16 @@ fn regions_in_an_unknown_order_are_those_that_there_are() {
     };
     let renamed = pairs(&counted).iter().map(|pair| pair.map(|number| 20 * number)).collect::<Vec<_>>();
     assert_eq!((pairs(&apart), apart.c), (renamed, counted.c));
+}
+
+#[test]
+fn the_functions_of_a_part_are_those_of_its_objective() {
+    let (sketch, mesh) = (drawing(9, 4), FileMesh::from(sheet(12, 9)));
+    let landmarks = json!([{"sketch": sketch.point(7), "mesh": 30}]);
+    let part = json!({"type": "part_indicator", "gamma": 0, "area_weight": 0, "boundary_weight": 0, "area": 0.6});
+    let result = matched(&sketch, &mesh, json!({"landmarks": landmarks, "regulariser": part})).unwrap();
+    let inside = Inside::of(&sketch, &mesh, &result, &Computing, &Unwatched).unwrap();
+    assert_eq!(inside.a.ncols(), functions(&result));
+    let energy = (result.c.to_mat() * &inside.a - &inside.b).squared_norm_l2();
+    assert!((energy - result.solver.objective).abs() < 1e-9 * inside.b.squared_norm_l2());
 }
