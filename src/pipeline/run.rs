@@ -10,7 +10,7 @@ use super::figure::Chosen;
 use super::map::{Energy, Mapped, Together};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
-use super::request::{Alignment, Conversion, GivenMap, Refinement, Within};
+use super::request::{Alignment, Conversion, GivenMap, Refinement, Regions, Within};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
 use super::{Fault, MatchError, Surroundings};
@@ -359,14 +359,40 @@ fn warnings(
     if besides > 0 {
         warnings.push(format!("{besides} of the {all} vertices of the mesh are not on the component that is matched"));
     }
-    if let super::request::Regions::Auto { count } = settings.regions
-        && settings.alignment == (Alignment::None {})
-    {
-        for (shape, found) in [("sketch", regions.sketch.count()), ("mesh", regions.mesh.count())] {
-            if found < count {
-                warnings.push(format!("{found} regions were found on the {shape} where {count} were asked for"));
-            }
+    let found = [regions.sketch.count(), regions.mesh.count()];
+    for ((shape, found), asked) in ["sketch", "mesh"].into_iter().zip(found).zip(asked_regions(settings)) {
+        if let Some(asked) = asked.filter(|asked| found < *asked) {
+            warnings.push(format!("{found} regions were found on the {shape} where {asked} were asked for"));
         }
     }
     warnings
+}
+
+/// The regions that sketch and mesh were to be segmented into; nothing of a shape that was not: given labels are taken as they
+/// are, and with an alignment those of the sketch are carried to the mesh.
+fn asked_regions(settings: &Settings) -> [Option<usize>; 2] {
+    match (&settings.regions, &settings.alignment) {
+        (Regions::Auto { count }, Alignment::View { .. }) => [Some(*count), None],
+        (Regions::Auto { count }, Alignment::None {}) => [Some(*count); 2],
+        (Regions::Segmented { sketch_regions, mesh_regions, .. }, _) => [Some(*sketch_regions), Some(*mesh_regions)],
+        (Regions::Given { .. }, _) => [None; 2],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::request::MatchRequest;
+
+    #[test]
+    fn regions_are_asked_for_of_every_shape_that_is_segmented() {
+        let asked = |text: &str| {
+            let request: MatchRequest = serde_json::from_str(text).unwrap();
+            asked_regions(&Settings::resolve(&request).unwrap())
+        };
+        assert_eq!(asked(r#"{"mesh": "", "sketch": ""}"#), [Some(7), None]);
+        assert_eq!(asked(r#"{"mesh": "", "sketch": "", "preset": "thesis"}"#), [Some(7); 2]);
+        let segmented = r#"{"method": "segmented", "sketch_regions": 5, "mesh_regions": 6, "pairs": [[0, 0]]}"#;
+        assert_eq!(asked(&format!(r#"{{"mesh": "", "sketch": "", "regions": {segmented}}}"#)), [Some(5), Some(6)]);
+    }
 }

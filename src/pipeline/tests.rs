@@ -112,3 +112,12 @@ fn the_functions_of_a_part_are_those_of_its_objective() {
     let energy = (result.c.to_mat() * &inside.a - &inside.b).squared_norm_l2();
     assert!((energy - result.solver.objective).abs() < 1e-9 * inside.b.squared_norm_l2());
 }
+
+#[test]
+fn fewer_regions_than_asked_for_are_warned_of() {
+    let (sketch, mesh) = (drawing(9, 4), FileMesh::from(sheet(12, 9)));
+    let segmented = json!({"method": "segmented", "sketch_regions": 60, "mesh_regions": 2, "pairs": [[0, 0]]});
+    let warnings = matched(&sketch, &mesh, json!({"regions": segmented})).unwrap().warnings;
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].ends_with("regions were found on the sketch where 60 were asked for"), "{warnings:?}");
+}
