@@ -6,14 +6,14 @@ use faer::Mat;
 
 use super::aligned::{Aligned, aligned};
 use super::constraints::{Constraints, Points as AlignedPoints, given, spectral_scale};
-use super::figure::Chosen;
+use super::figure::{Chosen, given_points};
 use super::map::{Energy, Mapped, Together};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
 use super::request::{Alignment, Conversion, GivenMap, Refinement, Regions, Within};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
-use super::{Fault, MatchError, Surroundings};
+use super::{MatchError, Surroundings};
 use crate::alignment::Place;
 use crate::correspondence::{confidence, functional_map, icp, points, zoomout};
 use crate::mesh::figure::Figure;
@@ -188,21 +188,14 @@ pub(super) fn weight(alignment: &Alignment) -> Option<f64> {
 /// The C that the user gives, or that of the points given.
 ///
 /// # Errors
-/// [`MatchError::Faults`] where a point is not on the figure.
+/// [`MatchError::Faults`] where points are not on the figure.
 fn own_map(settings: &Settings, [phi, psi]: &[Spectrum; 2], figure: &Figure) -> Result<Option<Mat<f64>>, MatchError> {
-    let vertices = match &settings.given_map {
-        None => return Ok(None),
-        Some(GivenMap::C { rows }) => return Ok(Some(Mat::from_fn(psi.len(), phi.len(), |i, j| rows[i][j]))),
-        Some(GivenMap::Points { mesh_vertices: vertices }) => vertices,
-    };
-    let on_figure = |(x, &vertex): (usize, &u32)| {
-        let own = figure.at(vertex).map(|own| own as u32);
-        let detail = || format!("vertex {vertex} is not on the part of the mesh that is matched");
-        own.ok_or_else(|| Fault::new(format!("/given_map/mesh_vertices/{x}"), detail()))
-    };
-    let map = vertices.iter().enumerate().map(on_figure).collect::<Result<Vec<u32>, _>>();
-    let map = map.map_err(|fault| MatchError::Faults(vec![fault]))?;
-    Ok(Some(functional_map(phi.eigenfunctions.as_ref(), &phi.mass, psi.eigenfunctions.as_ref(), &map)))
+    if let Some(GivenMap::C { rows }) = &settings.given_map {
+        return Ok(Some(Mat::from_fn(psi.len(), phi.len(), |i, j| rows[i][j])));
+    }
+    let of_points =
+        |map: Vec<u32>| functional_map(phi.eigenfunctions.as_ref(), &phi.mass, psi.eigenfunctions.as_ref(), &map);
+    Ok(given_points(settings, figure).map_err(MatchError::Faults)?.map(of_points))
 }
 
 /// The spectra of both shapes, as long as refinement needs them, in the units of their files.

@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use super::outcome::MatchResult;
 use super::request::MatchRequest;
-use super::{Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, functions, run};
+use super::{
+    Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, faults_on_shapes, functions, run,
+};
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::solids::{sheet, sphere};
@@ -120,4 +122,37 @@ fn fewer_regions_than_asked_for_are_warned_of() {
     let warnings = matched(&sketch, &mesh, json!({"regions": segmented})).unwrap().warnings;
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].ends_with("regions were found on the sketch where 60 were asked for"), "{warnings:?}");
+}
+
+#[test]
+fn what_contradicts_itself_or_is_off_the_figure_is_found_before_the_match() {
+    let sketch = drawing(9, 4);
+    // A sheet, and beside it a smaller one.
+    let [large, small] = [sheet(12, 9), sheet(2, 2)];
+    let first = large.positions().len() as u32;
+    let beside = small.positions().iter().map(|&[x, y, _]| [0.1 * x, 0.1 * y, 5.0]);
+    let positions = large.positions().iter().copied().chain(beside).collect();
+    let triangles = small.triangles().iter().map(|t| t.map(|v| first + v));
+    let triangles = large.triangles().iter().copied().chain(triangles).collect();
+    let mesh = FileMesh::from(TriangleMesh::new(positions, triangles).unwrap());
+    let pointers = |request: Value| -> Vec<String> {
+        let faults = faults_on_shapes(&settings(request.clone()), &sketch, &mesh);
+        match matched(&sketch, &mesh, request) {
+            Err(MatchError::Faults(later)) => assert_eq!(later, faults),
+            other => assert!(other.is_ok() && faults.is_empty()),
+        }
+        faults.into_iter().map(|fault| fault.pointer).collect()
+    };
+    let twice = |mesh: u32| {
+        let landmark = |mesh: u32| json!({"sketch": sketch.point(7), "mesh": mesh});
+        json!({"landmarks": [landmark(0), landmark(mesh)]})
+    };
+    assert_eq!(pointers(twice(0)), [""; 0]);
+    assert_eq!(pointers(twice(first - 1)), ["/landmarks/1/mesh"]);
+    let points = |last: u32| {
+        let vertices: Vec<u32> = (0..49).chain([last]).collect();
+        json!({"given_map": {"type": "points", "mesh_vertices": vertices}})
+    };
+    assert_eq!(pointers(points(9)), [""; 0]);
+    assert_eq!(pointers(points(first)), ["/given_map/mesh_vertices/49"]);
 }
