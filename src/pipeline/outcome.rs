@@ -57,15 +57,16 @@ impl MatchResult {
     }
 }
 
-/// How far a match is to be trusted, by the measured errors of matches of the same confidence.
+/// How far a match is to be trusted, by the measured errors of matches of the same confidence: in units of √area, of √(area / 2)
+/// where one side is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rating {
-    /// From 0.88: a mean error of 0.05 √area on average; of 35 matches none was off by more than 0.15.
+    /// From 0.88: a mean error of 0.05 on average; of 35 matches none was off by more than 0.15.
     High,
-    /// From 0.75: a mean error of 0.07 √area on average; of 80 matches 8 were off by more than 0.15, none by more than 0.3.
+    /// From 0.75: a mean error of 0.07 on average; of 80 matches 8 were off by more than 0.15, none by more than 0.3.
     Medium,
-    /// Below: a mean error of 0.14 √area on average; of 51 matches 14 were off by more than 0.15 and 5 by more than 0.3, whose
+    /// Below: a mean error of 0.14 on average; of 51 matches 14 were off by more than 0.15 and 5 by more than 0.3, whose
     /// views may be wrong.
     Low,
 }
@@ -126,7 +127,7 @@ pub struct Correspondence {
     #[schema(value_type = Option<Vec<f64>>, min_items = 3, max_items = 3)]
     pub barycentric: Option<[f64; 3]>,
     /// In `[0, 1]`. Of aligned points the chance to be within a tenth of the square root of the mesh's area of the
-    /// truth; of points read from C how well the map agrees with its own way back, which is not calibrated.
+    /// truth, of half of that area in the drawings from the side among those it was estimated from; of points read from C how well the map agrees with its own way back, which is not calibrated.
     pub confidence: f64,
 }
 
