@@ -4,7 +4,7 @@
 use faer::{Mat, MatRef};
 
 use super::regions::Correspondence;
-use super::request::{Columns, FunctionPair, SpectralScale};
+use super::request::{Columns, Coupling, FunctionPair, Regions as Method, SpectralScale};
 use super::settings::{Descriptors, Heat, Settings, Wave};
 use crate::descriptors::projection::{RegionProjection, at_points, projections};
 use crate::descriptors::{first_positive, heat_kernel, wave_kernel};
@@ -12,7 +12,9 @@ use crate::functional_map::MapError;
 use crate::functional_map::part::{Group, Partial};
 use crate::functional_map::permutation::Unordered;
 use crate::functional_map::problem::Problem;
+use crate::functional_map::regulariser::Regulariser;
 use crate::functional_map::surface::Surface;
+use crate::functional_map::term::Term;
 use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
@@ -274,6 +276,36 @@ pub(super) fn count(settings: &Settings, pairs: usize, points: usize) -> usize {
     pairs * of_region + landmarks.len() * LANDMARK_TIMES + functions.len() + points
 }
 
+/// Numbers that a functional map keeps at its peak, about, beside the spectra: the projections of regions, the functions of those
+/// that are looked at together, and of every function of every term an operator of either shape.
+pub fn kept(settings: &Settings) -> usize {
+    let Settings { basis, descriptors: Descriptors { hks, wks, .. }, .. } = settings;
+    let regions = match &settings.regions {
+        Method::Auto { count } => *count,
+        Method::Segmented { sketch_regions, mesh_regions, .. } => *sketch_regions.max(mesh_regions),
+        Method::Given { sketch, mesh } => {
+            let last = sketch.iter().chain(mesh).max();
+            last.map_or(0, |&last| usize::try_from(last.saturating_add(1)).unwrap_or(0))
+        }
+    };
+    let (of_both, squares) = (basis.k + basis.k_mesh, basis.k.pow(2) + basis.k_mesh.pow(2));
+    let in_turns = matches!(settings.regulariser, Regulariser::PermutedL1(_) | Regulariser::PartIndicator(_));
+    let together = if in_turns { regions } else { 1 };
+    let of_regions = regions * squares + together * of_both * (1 + hks.count + wks.count);
+    let components = hks.count.min(COMPONENTS) + wks.count.min(COMPONENTS);
+    let functions = settings.terms.iter().map(|term| match term {
+        Term::Laplacian(_) => 1,
+        Term::Descriptors(_) | Term::Orientation(_) => regions + components,
+    });
+    // The energy without what is found in turns, the first and that of the turn; or that of the bases and of coupled ones.
+    let copies = match settings.basis.coupling {
+        _ if in_turns => 3,
+        Coupling::JointDiagonalisation { .. } => 2,
+        Coupling::None {} => 1,
+    };
+    of_regions + copies * functions.sum::<usize>() * squares
+}
+
 /// Φᵀ M f of functions at the vertices.
 fn coefficients(spectrum: &Spectrum, functions: &Mat<f64>) -> Mat<f64> {
     let weighed = Mat::from_fn(functions.nrows(), functions.ncols(), |x, f| spectrum.mass[x] * functions[(x, f)]);
@@ -365,5 +397,19 @@ mod tests {
             assert_eq!((functions.ncols(), functions.col(1).norm_max()), (2, 0.0));
             assert!((square(0) - 1.0).abs() < 1e-9, "{}", square(0));
         }
+    }
+
+    #[test]
+    fn every_function_of_a_term_keeps_an_operator_of_either_shape() {
+        let numbers = |rest: &str| {
+            let request = format!(r#"{{"mesh": "", "sketch": "", "basis": {{"k": 30, "k_mesh": 40}}{rest}}}"#);
+            kept(&Settings::resolve(&serde_json::from_str(&request).unwrap()).unwrap())
+        };
+        let (squares, regions) = (30 * 30 + 40 * 40, 7 * (30 * 30 + 40 * 40) + (30 + 40) * 201);
+        assert_eq!(numbers(""), regions);
+        let terms = r#", "terms": [{"type": "laplacian"}, {"type": "descriptors"}, {"type": "orientation"}]"#;
+        assert_eq!(numbers(terms), regions + (1 + 2 * (7 + 16)) * squares);
+        let in_turns = format!(r#"{terms}, "regulariser": {{"type": "part_indicator"}}"#);
+        assert_eq!(numbers(&in_turns), regions + 6 * (30 + 40) * 201 + 3 * (1 + 2 * (7 + 16)) * squares);
     }
 }
