@@ -128,7 +128,10 @@ pub(super) mod tests {
     #[test]
     fn distances_are_kept_of_answers_and_ends_that_there_are() {
         let truth = truth(false);
-        assert_eq!([truth.distances(100, 18), truth.distances(2, 18), truth.distances(100, 5)], [3 * 12, 2 * 12, 3 * 5]);
+        assert_eq!(
+            [truth.distances(100, 18), truth.distances(2, 18), truth.distances(100, 5)],
+            [3 * 12, 2 * 12, 3 * 5]
+        );
         let many = Truth { points: vec![[0.0; 2]; 1 << 20], ..truth };
         assert_eq!(many.distances(1 << 20, 1 << 20), MAX_PASSED);
     }

@@ -80,7 +80,8 @@ pub fn faults(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize,
             Some(Fault::at_pointer(if refined { "/refinement/k" } else { pointer }, excess(vertices, k, budget)?))
         })
         .collect();
-    let (of_map, of_spectra) = (memory::of_map(settings), of_spectrum(sketch_vertices, k).max(of_spectrum(mesh_vertices, l)));
+    let (of_map, of_spectra) =
+        (memory::of_map(settings), of_spectrum(sketch_vertices, k).max(of_spectrum(mesh_vertices, l)));
     if !faults.is_empty() || of_map.saturating_add(of_spectra) <= budget {
         return faults;
     }

@@ -364,7 +364,8 @@ mod tests {
                 points: None,
             };
             let whole = vec![1.0; spectra[1].vertices()];
-            let as_part = partial(&constraints, &meshes[1], 1.0, &Unwatched).unwrap().problem(&whole).unwrap();
+            let as_part =
+                partial(&constraints, &meshes[1], 1.0, &Unwatched).unwrap().problem(&whole, &Unwatched).unwrap();
             let as_it_is = problem(&constraints, &Unwatched).unwrap();
             let c = random::normal(k, k, 1);
             let (part, all) = (as_part.value(c.as_ref()), as_it_is.value(c.as_ref()));
@@ -380,7 +381,8 @@ mod tests {
         let none = |n: usize| Regions::new(vec![Regions::NONE; n]).unwrap();
         let [sketch, mesh] = spectra.each_ref().map(|spectrum| none(spectrum.vertices()));
         let heat = r#"{"hks": {"count": 2, "times": [20, 1000]}, "wks": {"count": 0}}"#;
-        let request = MatchRequest { descriptors: Some(serde_json::from_str(heat).unwrap()), ..MatchRequest::default() };
+        let request =
+            MatchRequest { descriptors: Some(serde_json::from_str(heat).unwrap()), ..MatchRequest::default() };
         let settings = Settings::resolve(&request).unwrap();
         let functions = at_vertices(&Constraints {
             descriptors: &settings.descriptors,

@@ -76,8 +76,9 @@ impl Inside {
         // Functions of regions count as far as the part that was found does; the others come after them.
         let unpaired = regions.unpaired();
         if let (Some(part), Regulariser::PartIndicator(term)) = (&result.intermediate.part, &settings.regulariser) {
-            let part: Vec<f64> = figure.vertices.iter().map(|&v| part.get(v as usize).copied().unwrap_or(0.0)).collect();
-            let of_regions = partial(&constraints, &figure.mesh, term.area, watch)?.functions(&part);
+            let part: Vec<f64> =
+                figure.vertices.iter().map(|&v| part.get(v as usize).copied().unwrap_or(0.0)).collect();
+            let of_regions = partial(&constraints, &figure.mesh, term.area, watch)?.functions(&part, watch)?;
             for [a, b] in of_regions {
                 on_sketch.push(a);
                 on_mesh.push(b);

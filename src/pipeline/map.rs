@@ -100,7 +100,7 @@ impl<'a> Energy<'a> {
             let shapes = [shape(0, sketch, sketch.eigenvalues.as_slice()), shape(1, mesh, constraints.scaled)];
             for term in &settings.terms {
                 watch.proceed(0.0)?;
-                term.commutators(shapes).into_iter().try_for_each(|commutator| problem.commute(commutator))?;
+                term.commutators(shapes, watch)?.into_iter().try_for_each(|commutator| problem.commute(commutator))?;
             }
         }
         Ok(energy)

@@ -4,9 +4,7 @@ use serde_json::{Value, json};
 
 use super::outcome::MatchResult;
 use super::request::MatchRequest;
-use super::{
-    Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, faults_on_shapes, functions, run,
-};
+use super::{Computing, Inside, MatchError, Settings, Stage, Surroundings, Watcher, faults_on_shapes, functions, run};
 use crate::mesh::TriangleMesh;
 use crate::mesh::file_mesh::FileMesh;
 use crate::mesh::solids::{sheet, sphere};
