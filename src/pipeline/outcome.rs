@@ -127,7 +127,8 @@ pub struct Correspondence {
     #[schema(value_type = Option<Vec<f64>>, min_items = 3, max_items = 3)]
     pub barycentric: Option<[f64; 3]>,
     /// In `[0, 1]`. Of aligned points the chance to be within a tenth of the square root of the mesh's area of the
-    /// truth, of half of that area in the drawings from the side among those it was estimated from; of points read from C how well the map agrees with its own way back, which is not calibrated.
+    /// truth, of half of that area in the drawings from the side among those it was estimated from; of points read from C how well
+    /// the map agrees with its own way back, which is not calibrated.
     pub confidence: f64,
 }
 
@@ -207,7 +208,6 @@ pub struct Solver {
     /// ‖C A − B‖²_F + γ ρ(C) at the C that was found, before any refinement; by `part_indicator` with what area and boundary of the
     /// part cost.
     pub objective: f64,
-    /// Of the last turn.
     pub stopped: Stopped,
     /// The objective at the start C⁰ and after every iteration, of a direct solution at its end. By `permuted_l1` and
     /// `part_indicator` of all turns in C, one after the other, each at the order or the part of that turn; what is gained by a new
