@@ -21,7 +21,7 @@ pub struct Alignment {
     /// For every vertex its place between the vertices of the mesh, on a triangle that the one in `map` is of; nothing where
     /// the answer is not what is seen where the vertex lies.
     pub places: Vec<Option<Place>>,
-    /// For every vertex the chance that its answer is less than 0.1 √area from the truth.
+    /// For every vertex the chance that its answer is less than 0.1 from the truth, in the units that errors have.
     pub confidence: Vec<f64>,
     pub frame: Frame,
     pub way: Way,

@@ -1,11 +1,12 @@
 //! The union of a drawing and its cages, triangulated around the triangles' own corners.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use kd_tree::KdTree;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use crate::mesh::TriangleMesh;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::mesh::edges::Edges;
 
 /// Vertices added within cages at most, about.
@@ -76,19 +77,46 @@ pub(super) fn domain(mesh: &TriangleMesh, cages: &[&[[f64; 2]]]) -> Result<Trian
         .enumerate()
         .map(|(i, v)| drawn.get(i).copied().unwrap_or_else(|| square.back([v.position().x, v.position().y])))
         .collect();
-    let triangles: Vec<[u32; 3]> = cdt
-        .inner_faces()
-        .map(|face| face.vertices().map(|v| v.fix().index() as u32))
-        .filter(|t| {
-            let middle = [0, 1].map(|axis| t.iter().map(|&v| positions[v as usize][axis]).sum::<f64>() / 3.0);
-            is_drawn(middle) || cages.iter().any(|cage| is_within(cage, middle))
-        })
-        .collect();
+    let is_inside = |t: [u32; 3]| {
+        let middle = [0, 1].map(|axis| t.iter().map(|&v| positions[v as usize][axis]).sum::<f64>() / 3.0);
+        is_drawn(middle) || cages.iter().any(|cage| is_within(cage, middle))
+    };
+    let triangles = enclosed(&cdt, is_inside);
     let used: BTreeSet<u32> = triangles.as_flattened().iter().copied().collect();
     let unused = (drawn.len() as u32..positions.len() as u32).find(|v| !used.contains(v));
     let positions = positions.into_iter().map(|[x, y]| [x, y, 0.0]).collect();
     let whole = TriangleMesh::new(positions, triangles).map_err(|error| format!("it cannot be triangulated: {error}"));
     if unused.is_some() { Err("it touches the drawing or itself without room between".to_owned()) } else { whole }
+}
+
+/// The triangles, in pieces with constraints all round, that are inside.
+///
+/// Of each piece only the largest triangle is asked: points along a slanted line are rounded, and triangles between three of them
+/// have next to no inside.
+fn enclosed(
+    cdt: &ConstrainedDelaunayTriangulation<Point2<f64>>,
+    is_inside: impl Fn([u32; 3]) -> bool,
+) -> Vec<[u32; 3]> {
+    // The outer face is number 0, and so is the piece that it is of.
+    let mut pieces = DisjointSets::new(cdt.num_all_faces());
+    for edge in cdt.directed_edges().filter(|edge| !edge.is_constraint_edge()) {
+        pieces.join(edge.face().index() as u32, edge.rev().face().index() as u32);
+    }
+    let mut triangles = Vec::new();
+    let mut largest = BTreeMap::new();
+    for face in cdt.inner_faces() {
+        let (piece, area) = (pieces.representative(face.index() as u32), face.area());
+        let corners = face.vertices().map(|v| v.fix().index() as u32);
+        triangles.push((corners, piece));
+        let found = largest.entry(piece).or_insert((area, corners));
+        if area > found.0 {
+            *found = (area, corners);
+        }
+    }
+    largest.remove(&0);
+    let inside: BTreeMap<u32, bool> = largest.into_iter().map(|(piece, (_, t))| (piece, is_inside(t))).collect();
+    let kept = triangles.into_iter().filter(|(_, piece)| inside.get(piece) == Some(&true));
+    kept.map(|(corners, _)| corners).collect()
 }
 
 /// The side of an even triangle, were all triangles of the mesh alike.
@@ -185,6 +213,30 @@ mod tests {
         let cage = [[0.5 * side, 0.1], [1.5 * side, 0.1], [1.5 * side, 0.4], [0.5 * side, 0.4]];
         let whole = domain(&mesh, &[&cage]).unwrap();
         assert!((whole.area() - (1.0 + 0.5 * side * 0.3)).abs() < 1e-9, "{}", whole.area());
+    }
+
+    #[test]
+    fn the_sides_of_a_cage_lie_as_they_like() {
+        let mesh = sheet(8, 4);
+        let regular = |n: usize, turn: f64| -> Vec<[f64; 2]> {
+            let angle = |i: usize| turn + std::f64::consts::TAU * i as f64 / n as f64;
+            (0..n).map(|i| [0.7 + 2.0 * angle(i).cos(), 0.35 + 2.0 * angle(i).sin()]).collect()
+        };
+        let turned = (3..=12).flat_map(|n| [0.0, 0.1, 0.5, 1.0, 2.0].map(|turn| regular(n, turn)));
+        let star = regular(12, 0.3).into_iter().enumerate().map(|(i, [x, y])| match i % 2 {
+            0 => [x, y],
+            _ => [0.35 + 0.5 * x, 0.175 + 0.5 * y],
+        });
+        let slanted = vec![[-1.0, -1.0], [4.0, -1.3], [4.2, 2.0], [-1.0, 2.3]];
+        for cage in turned.chain([slanted, star.collect()]) {
+            let lines = cage.iter().zip(cage.iter().cycle().skip(1));
+            let area = 0.5 * lines.map(|([x, y], [u, v])| x * v - u * y).sum::<f64>();
+            let whole = domain(&mesh, &[&cage]).map(|whole| whole.area());
+            assert!(whole.as_ref().is_ok_and(|whole| (whole - area).abs() < 1e-9 * area), "{cage:?}: {whole:?}");
+        }
+        let (over, beside) = (regular(5, 0.2), [[0.2, 0.1], [4.0, -0.7], [4.5, 0.9], [0.3, 0.6]]);
+        assert!(domain(&mesh, &[&beside]).is_ok());
+        assert!(domain(&mesh, &[&over, &beside]).is_ok());
     }
 
     #[test]

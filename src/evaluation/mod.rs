@@ -37,6 +37,14 @@ impl Known {
         }
     }
 
+    /// Numbers that are kept at most while an answer with these many vertices is judged on a mesh of so many.
+    pub fn numbers(&self, answers: usize, mesh_vertices: usize) -> usize {
+        match self {
+            Known::Pairs(truth) => truth.distances(answers, mesh_vertices),
+            Known::Labels(_) => 0,
+        }
+    }
+
     /// What an answer is worth, where there are no faults: `at` are the places of the sketch's vertices in its own
     /// coordinates, `to` for each a vertex of the mesh's file.
     pub fn evaluation(&self, mesh: &FileMesh, at: &[[f64; 2]], to: &[u32]) -> Evaluation {

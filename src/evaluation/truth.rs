@@ -102,6 +102,14 @@ impl Truth {
         (off * ONE_MAY_BE_OFF > p).then(|| Fault::new("/pairs/points", detail))
     }
 
+    /// Distances that are kept at most while an answer with these many vertices is judged on a mesh of so many: from every vertex
+    /// that is answered to every one that is true, where there are no [faults](Truth::faults).
+    pub fn distances(&self, answers: usize, vertices: usize) -> usize {
+        let points = self.points.len();
+        let ends = points.saturating_mul(self.variants.len()).min(vertices);
+        points.min(answers).saturating_mul(ends).min(MAX_PASSED)
+    }
+
     /// For every point the answer of the correspondence that is nearest in the plane; ties go to the first. `at` and `to`
     /// are the places and the vertices of the correspondences; without any there is no answer.
     pub fn answers(&self, at: &[[f64; 2]], to: &[u32]) -> Vec<u32> {
@@ -158,6 +166,17 @@ pub(super) mod tests {
             down.detail
         );
         assert!(points(|[x, y]| [10.0 * x, 10.0 * y]).misplaced(&at).is_some());
+    }
+
+    #[test]
+    fn distances_are_kept_of_answers_and_ends_that_there_are() {
+        let truth = truth(false);
+        assert_eq!(
+            [truth.distances(100, 18), truth.distances(2, 18), truth.distances(100, 5)],
+            [3 * 12, 2 * 12, 3 * 5]
+        );
+        let many = Truth { points: vec![[0.0; 2]; 1 << 20], ..truth };
+        assert_eq!(many.distances(1 << 20, 1 << 20), MAX_PASSED);
     }
 
     #[test]

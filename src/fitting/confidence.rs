@@ -6,7 +6,7 @@ use faer::{Mat, Side};
 use super::Judged;
 use crate::alignment::{DOUBTS, Regression, logarithms};
 
-/// An answer is right within this distance of the truth, in units of √area.
+/// An answer is right within this distance of the truth, in the units of errors: √area, √(area / 2) where one side is shown.
 const RIGHT: f64 = 0.1;
 /// Newton steps: the likelihood is concave, and ten are enough.
 const STEPS: usize = 30;

@@ -11,10 +11,12 @@ use super::regulariser::{PartIndicator, Regulariser};
 use super::solve::{Solution, solve};
 use super::surface::Surface;
 use crate::numerics::conjugate_gradient::{self, Smooth};
-use crate::numerics::{Stopping, Watch, inner_product};
+use crate::numerics::{Cancelled, Stopping, Watch, inner_product};
 
 /// Iterations in η of one turn.
 const ITERATIONS: usize = 30;
+/// Vertices between two questions to the watcher.
+const ROUND: usize = 1024;
 /// v at first, as in the paper: nearly all of the mesh.
 const FIRST: f64 = 1.0;
 
@@ -44,30 +46,41 @@ pub struct Group {
 pub struct Shown {
     /// η, one of every vertex of the mesh, from 0 to 1.
     pub part: Vec<f64>,
-    /// C⁰ of that part.
+    /// C⁰ of nearly the whole mesh, from which all begins and of which W is made.
     pub start: Mat<f64>,
     pub weights: Mat<f64>,
+    /// Its report is that of C in all turns, by the energy of C and the part.
     pub solution: Solution,
 }
 
 impl Partial<'_> {
+    /// The functions of every pair of regions, of sketch and mesh, for a part: k × p and l × p.
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher.
+    pub fn functions(&self, part: &[f64], watch: &dyn Watch) -> Result<Vec<[Mat<f64>; 2]>, Cancelled> {
+        let of_group = |(group, gram): (&Group, Mat<f64>)| [group.sketch.clone(), gram * &group.filters];
+        Ok(self.groups.iter().zip(self.grams(part, watch)?).map(of_group).collect())
+    }
+
     /// The data term for a part.
     ///
     /// # Errors
-    /// [`MapError`] if a shape does not fit or an entry is not finite.
-    pub fn problem(&self, part: &[f64]) -> Result<Problem, MapError> {
+    /// [`MapError`] if a shape does not fit, an entry is not finite, or the watcher cancels.
+    pub fn problem(&self, part: &[f64], watch: &dyn Watch) -> Result<Problem, MapError> {
         let mut problem = self.known.clone();
-        for (group, gram) in self.groups.iter().zip(self.grams(part)) {
-            problem.constrain(group.sketch.as_ref(), (gram * &group.filters).as_ref())?;
+        for [a, b] in self.functions(part, watch)? {
+            problem.constrain(a.as_ref(), b.as_ref())?;
         }
         Ok(problem)
     }
 
     /// For every group G[a, i] = Σ_y m(y) η(y) ψ_a(y) s_i(y), l × (l + 1), s the squares of the row of Ψ and 1.
-    fn grams(&self, part: &[f64]) -> Vec<Mat<f64>> {
+    fn grams(&self, part: &[f64], watch: &dyn Watch) -> Result<Vec<Mat<f64>>, Cancelled> {
         let l = self.basis.ncols();
         let mut grams = vec![Mat::<f64>::zeros(l, l + 1); self.groups.len()];
         for (y, (share, mass)) in part.iter().zip(self.mass).enumerate() {
+            asked(y, watch)?;
             let Some(group) = self.group_of[y] else { continue };
             let (row, squares) = self.at(y);
             for (i, square) in squares.iter().enumerate() {
@@ -76,7 +89,18 @@ impl Partial<'_> {
                 column.iter_mut().zip(&row).for_each(|(entry, value)| *entry += scaled * value);
             }
         }
-        grams
+        Ok(grams)
+    }
+
+    /// By how much the area of the part is too large.
+    fn over(&self, term: &PartIndicator, part: &[f64]) -> f64 {
+        part.iter().zip(self.mass).map(|(share, mass)| share * mass).sum::<f64>() - term.area
+    }
+
+    /// What area and boundary of a part cost.
+    fn of_shape(&self, term: &PartIndicator, part: &[f64]) -> f64 {
+        let (length, _) = self.surface.variation(part);
+        term.area_weight * self.over(term, part).powi(2) + term.boundary_weight * length
     }
 
     /// The row of Ψ at a vertex, and its squares and 1.
@@ -87,15 +111,20 @@ impl Partial<'_> {
     }
 
     /// The largest Σ g(y)² over the functions of a vertex.
-    fn largest(&self) -> f64 {
+    fn largest(&self, watch: &dyn Watch) -> Result<f64, Cancelled> {
         let inner: Vec<Mat<f64>> = self.groups.iter().map(Group::inner).collect();
         let at = |y: usize| {
-            let Some(group) = self.group_of[y] else { return 0.0 };
+            asked(y, watch)?;
             let (_, squares) = self.at(y);
-            along(&inner[group], &squares, &squares)
+            Ok(self.group_of[y].map_or(0.0, |group| along(&inner[group], &squares, &squares)))
         };
-        (0..self.mass.len()).map(at).fold(0.0, f64::max)
+        (0..self.mass.len()).map(at).try_fold(0.0, |largest: f64, found| Ok(largest.max(found?)))
     }
+}
+
+/// Asks the watcher before every so many vertices.
+fn asked(vertex: usize, watch: &dyn Watch) -> Result<(), Cancelled> {
+    if vertex.is_multiple_of(ROUND) { watch.proceed(0.0) } else { Ok(()) }
 }
 
 impl Group {
@@ -117,6 +146,7 @@ struct OfPart<'a> {
     term: &'a PartIndicator,
     images: Vec<Image>,
     roots: &'a [f64],
+    watch: &'a dyn Watch,
 }
 
 /// What of the functions of a group counts for a given C: ‖C A − G F‖²_F = ‖C A‖²_F − 2 ⟨C A Fᵀ, G⟩ + ⟨G F Fᵀ, G⟩.
@@ -145,26 +175,24 @@ impl OfPart<'_> {
         x.col(0).iter().zip(self.roots).map(|(x, root)| indicator(x / root)).collect()
     }
 
-    /// By how much the area of the part is too large.
-    fn over(&self, part: &[f64]) -> f64 {
-        part.iter().zip(self.partial.mass).map(|(share, mass)| share * mass).sum::<f64>() - self.term.area
-    }
-
-    fn value(&self, x: MatRef<'_, f64>) -> f64 {
+    fn value(&self, x: MatRef<'_, f64>) -> Result<f64, Cancelled> {
         let part = self.part(x);
-        let data = self.images.iter().zip(self.partial.grams(&part)).map(|(image, gram)| image.value(&gram));
-        let (length, _) = self.partial.surface.variation(&part);
-        data.sum::<f64>() + self.term.area_weight * self.over(&part).powi(2) + self.term.boundary_weight * length
+        let grams = self.partial.grams(&part, self.watch)?;
+        let data = self.images.iter().zip(&grams).map(|(image, gram)| image.value(gram));
+        Ok(data.sum::<f64>() + self.partial.of_shape(self.term, &part))
     }
 
-    fn gradient(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+    fn gradient(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, Cancelled> {
         let Partial { mass, group_of, surface, .. } = self.partial;
         let part = self.part(x);
         let difference = |(image, gram): (&Image, Mat<f64>)| gram * &image.inner - &image.cross;
-        let differences: Vec<Mat<f64>> = self.images.iter().zip(self.partial.grams(&part)).map(difference).collect();
+        let grams = self.partial.grams(&part, self.watch)?;
+        let differences: Vec<Mat<f64>> = self.images.iter().zip(grams).map(difference).collect();
         let (_, by_length) = surface.variation(&part);
-        let by_area = self.term.area_weight * self.over(&part);
-        Mat::from_fn(part.len(), 1, |y, _| {
+        let by_area = self.term.area_weight * self.partial.over(self.term, &part);
+        let mut gradient = Mat::zeros(part.len(), 1);
+        for y in 0..part.len() {
+            asked(y, self.watch)?;
             let by_data = group_of[y].map_or(0.0, |group| {
                 let (row, squares) = self.partial.at(y);
                 along(&differences[group], &row, &squares)
@@ -172,8 +200,9 @@ impl OfPart<'_> {
             // η′ = 1 − tanh² = 4 η (1 − η).
             let steepness = 4.0 * part[y] * (1.0 - part[y]);
             let slope = 2.0 * mass[y] * (by_data + by_area) + self.term.boundary_weight * by_length[y];
-            slope * steepness / self.roots[y]
-        })
+            gradient[(y, 0)] = slope * steepness / self.roots[y];
+        }
+        Ok(gradient)
     }
 }
 
@@ -183,7 +212,7 @@ fn indicator(v: f64) -> f64 {
 }
 
 /// C and the part in turns, from nearly the whole mesh. `weights` makes W of C⁰. Each turn minimises in one of both and lowers the
-/// energy; that the least of all is reached is not known. The objective told is that of data and ρ(C) at the part found.
+/// energy; that the least of all is reached is not known. The objective told is that of C and the part.
 ///
 /// # Errors
 /// As [`solve`].
@@ -197,15 +226,21 @@ pub fn shown(
     let roots: Vec<f64> = partial.mass.iter().map(|mass| mass.sqrt()).collect();
     let mut x = Mat::from_fn(roots.len(), 1, |y, _| FIRST * roots[y]);
     let mut part = vec![indicator(FIRST); roots.len()];
-    let mut problem = partial.problem(&part)?;
-    let first = least_squares(&problem)?;
-    let w = weights(&first);
-    let mut solution = solve(&problem, &regulariser, &w, first, watch)?;
+    let problem = partial.problem(&part, watch)?;
+    let start = least_squares(&problem)?;
+    let w = weights(&start);
+    let solved = |problem: &Problem, part: &[f64], from: Mat<f64>| {
+        let mut solution = solve(problem, &regulariser, &w, from, watch)?;
+        let of_shape = partial.of_shape(term, part);
+        solution.report.history.iter_mut().for_each(|value| *value += of_shape);
+        Ok::<_, MapError>(solution)
+    };
+    let mut solution = solved(&problem, &part, start.clone())?;
     // A unit of length for v: that by which the gradient of data and area at most grows.
-    let step = 0.5 / (partial.largest() + term.area_weight).max(f64::MIN_POSITIVE);
+    let step = 0.5 / (partial.largest(watch)? + term.area_weight).max(f64::MIN_POSITIVE);
     for _ in 0..term.rounds {
         let images = partial.groups.iter().map(|group| Image::of(&solution.c, group)).collect();
-        let of_part = OfPart { partial, term, images, roots: &roots };
+        let of_part = OfPart { partial, term, images, roots: &roots, watch };
         let h = Smooth {
             objective: |x: MatRef<'_, f64>| of_part.value(x),
             gradient: |x: MatRef<'_, f64>| of_part.gradient(x),
@@ -213,10 +248,10 @@ pub fn shown(
         };
         (x, _) = conjugate_gradient::minimise(&h, x, Stopping { max_iterations: ITERATIONS, tolerance: 0.0 }, watch)?;
         part = of_part.part(x.as_ref());
-        problem = partial.problem(&part)?;
-        solution = solve(&problem, &regulariser, &w, solution.c, watch)?;
+        let next = solved(&partial.problem(&part, watch)?, &part, solution.c)?;
+        solution = Solution { c: next.c, report: solution.report.followed_by(next.report) };
     }
-    Ok(Shown { part, start: least_squares(&problem)?, weights: w, solution })
+    Ok(Shown { part, start, weights: w, solution })
 }
 
 #[cfg(test)]
@@ -224,7 +259,7 @@ mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
     use crate::mesh::solids::sheet;
-    use crate::numerics::{Unwatched, random};
+    use crate::numerics::{Report, Unwatched, random};
     use crate::spectral::{Boundary, Spectrum, spectrum};
 
     const K: usize = 12;
@@ -252,7 +287,7 @@ mod tests {
             surface: Surface::of(mesh),
         };
         let exact: Vec<f64> = inside.iter().map(|&inside| f64::from(u8::from(inside))).collect();
-        let gram = partial.grams(&exact).swap_remove(0);
+        let gram = partial.grams(&exact, &Unwatched).unwrap().swap_remove(0);
         partial.groups[0].sketch = gram * &partial.groups[0].filters;
         partial
     }
@@ -279,6 +314,29 @@ mod tests {
     }
 
     #[test]
+    fn all_turns_are_told_from_the_first_start_on_by_one_energy() {
+        let (mesh, spectrum, inside) = seen_to(0.4);
+        let partial = partial(&mesh, &spectrum, &inside);
+        for orthogonality in [0.0, 0.1] {
+            let term = PartIndicator { rounds: 3, max_iterations: 20, orthogonality, ..PartIndicator::default() };
+            let found = shown(&partial, &term, &slanted, &Unwatched).unwrap();
+            let whole = partial.problem(&[indicator(FIRST)].repeat(spectrum.vertices()), &Unwatched).unwrap();
+            assert_eq!(found.start, least_squares(&whole).unwrap());
+            let Report { iterations, history, .. } = found.solution.report;
+            // Each of four turns in C is of 20 iterations or, found directly, told at its end.
+            assert_eq!((iterations, history.len()), if orthogonality > 0.0 { (80, 81) } else { (0, 5) });
+            assert!(history.is_sorted_by(|before, after| after <= before), "{history:?}");
+            let c = &found.solution.c;
+            let weighted: f64 = (0..K * K).map(|i| (i / K, i % K)).map(|at| (slanted(c)[at] * c[at]).powi(2)).sum();
+            let unlike = (c.transpose() * c - Mat::<f64>::identity(K, K)).squared_norm_l2();
+            let data = partial.problem(&found.part, &Unwatched).unwrap().value(c.as_ref());
+            let of_shape = partial.of_shape(&term, &found.part);
+            let energy = data + term.gamma * weighted + orthogonality * unlike + of_shape;
+            assert!((history.last().unwrap() - energy).abs() < 1e-9 * history[0]);
+        }
+    }
+
+    #[test]
     fn the_gradient_is_the_slope_of_the_value() {
         let (mesh, spectrum, inside) = seen_to(0.5);
         let partial = partial(&mesh, &spectrum, &inside);
@@ -287,12 +345,31 @@ mod tests {
         let images = partial.groups.iter().map(|group| Image::of(&c, group)).collect();
         let roots: Vec<f64> = spectrum.mass.iter().map(|mass| mass.sqrt()).collect();
         let n = roots.len();
-        let of_part = OfPart { partial: &partial, term: &term, images, roots: &roots };
+        let of_part = OfPart { partial: &partial, term: &term, images, roots: &roots, watch: &Unwatched };
         let (x, direction, step) = (0.05 * random::normal(n, 1, 4), random::normal(n, 1, 5), 1e-6);
-        let difference =
-            of_part.value((&x + step * &direction).as_ref()) - of_part.value((&x - step * &direction).as_ref());
-        let slope = inner_product(of_part.gradient(x.as_ref()).as_ref(), direction.as_ref());
+        let value = |x: Mat<f64>| of_part.value(x.as_ref()).unwrap();
+        let difference = value(&x + step * &direction) - value(&x - step * &direction);
+        let slope = inner_product(of_part.gradient(x.as_ref()).unwrap().as_ref(), direction.as_ref());
         assert!((difference / (2.0 * step) - slope).abs() < 1e-5 * slope.abs(), "{difference} {slope}");
+    }
+
+    #[test]
+    fn within_every_evaluation_it_is_asked_whether_to_go_on() {
+        struct Never;
+        impl Watch for Never {
+            fn proceed(&self, _fraction: f64) -> Result<(), Cancelled> {
+                Err(Cancelled)
+            }
+        }
+        let (mesh, spectrum, inside) = seen_to(0.5);
+        let partial = partial(&mesh, &spectrum, &inside);
+        let roots: Vec<f64> = spectrum.mass.iter().map(|mass| mass.sqrt()).collect();
+        let term = PartIndicator::default();
+        let of_part = OfPart { partial: &partial, term: &term, images: Vec::new(), roots: &roots, watch: &Never };
+        let x = Mat::zeros(roots.len(), 1);
+        assert_eq!(of_part.value(x.as_ref()), Err(Cancelled));
+        assert_eq!(of_part.gradient(x.as_ref()).err(), Some(Cancelled));
+        assert_eq!(partial.largest(&Never), Err(Cancelled));
     }
 
     #[test]
@@ -312,8 +389,8 @@ mod tests {
         });
         let c = random::normal(K, K, 6);
         let wanted = (&c * sketch - b).squared_norm_l2();
-        assert!((partial.problem(&part).unwrap().value(c.as_ref()) - wanted).abs() < 1e-9 * wanted);
+        assert!((partial.problem(&part, &Unwatched).unwrap().value(c.as_ref()) - wanted).abs() < 1e-9 * wanted);
         let image = Image::of(&c, &partial.groups[0]);
-        assert!((image.value(&partial.grams(&part)[0]) - wanted).abs() < 1e-9 * wanted);
+        assert!((image.value(&partial.grams(&part, &Unwatched).unwrap()[0]) - wanted).abs() < 1e-9 * wanted);
     }
 }

@@ -29,9 +29,10 @@ pub type Pair = [usize; 2];
 /// A functional map and the order of the regions that goes with it.
 pub struct Ordered {
     pub pairs: Vec<Pair>,
-    /// C⁰ of that order.
+    /// C⁰ of the order that was begun with, of which W is made.
     pub start: Mat<f64>,
     pub weights: Mat<f64>,
+    /// Its report is that of all turns: each begins where the one before ended, with another order.
     pub solution: Solution,
 }
 
@@ -108,8 +109,8 @@ fn from(
     watch: &dyn Watch,
 ) -> Result<Ordered, MapError> {
     let regulariser = Regulariser::PermutedL1(*term);
-    let mut problem = unordered.problem(&pairs)?;
-    let mut start = least_squares(&problem)?;
+    let problem = unordered.problem(&pairs)?;
+    let start = least_squares(&problem)?;
     let w = weights(&start);
     let mut solution = solve(&problem, &regulariser, &w, start.clone(), watch)?;
     for _ in 1..term.rounds {
@@ -118,22 +119,20 @@ fn from(
             break;
         }
         pairs = better;
-        problem = unordered.problem(&pairs)?;
-        let next = solve(&problem, &regulariser, &w, solution.c.clone(), watch)?;
-        if next.report.objective() >= solution.report.objective() {
-            solution = next;
+        let next = solve(&unordered.problem(&pairs)?, &regulariser, &w, solution.c, watch)?;
+        let gains = next.report.objective() < solution.report.objective();
+        solution = Solution { c: next.c, report: solution.report.followed_by(next.report) };
+        if !gains {
             break;
         }
-        solution = next;
     }
-    start = least_squares(&problem).unwrap_or(start);
     Ok(Ordered { pairs, start, weights: w, solution })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::{Unwatched, random};
+    use crate::numerics::{Report, Unwatched, random};
 
     /// Regions of a shape matched to itself, those of the mesh in another order: region r is number 3 r + 1 mod 7 there.
     fn shuffled(noise: f64) -> (Unordered, Vec<Pair>) {
@@ -162,6 +161,26 @@ mod tests {
             let away = (found.solution.c - Mat::<f64>::identity(10, 10)).norm_max();
             assert!(away < 0.02 + noise, "{away}");
         }
+    }
+
+    #[test]
+    fn all_turns_are_told_from_the_first_start_on() {
+        let (unordered, right) = shuffled(0.2);
+        let wrong: Vec<Pair> = (0..7).map(|r| [r, (r + 2) % 7]).collect();
+        let begun = unordered.problem(&wrong).unwrap();
+        let found = from(&unordered, &PermutedL1::default(), wrong, &slanted, &Unwatched).unwrap();
+        let Report { iterations, history, .. } = found.solution.report;
+        assert_eq!(found.start, least_squares(&begun).unwrap());
+        let energy = |problem: &Problem, c: &Mat<f64>| {
+            let w = slanted(c);
+            let weighted = w.col_iter().zip(c.col_iter()).flat_map(|(w, c)| w.iter().zip(c.iter()));
+            problem.value(c.as_ref()) + weighted.map(|(w, c)| w * c.abs()).sum::<f64>()
+        };
+        assert!((history[0] - energy(&begun, &found.start)).abs() < 1e-9 * history[0]);
+        let ended = energy(&unordered.problem(&right).unwrap(), &found.solution.c);
+        assert!((history[iterations] - ended).abs() < 1e-9 * history[0]);
+        assert!(iterations >= 400 && history.len() == iterations + 1, "{iterations}");
+        assert!(history.is_sorted_by(|before, after| after <= before));
     }
 
     #[test]

@@ -19,6 +19,7 @@ use crate::intake::json;
 use crate::picture::plot;
 use crate::pipeline::Settings;
 use crate::pipeline::outcome::MatchResult;
+use crate::store::Shape;
 
 /// Judges the answer of a match by what is known: true pairs of points, or labels of both shapes.
 ///
@@ -56,7 +57,8 @@ pub async fn create(
         return Err(Problem::of_fault(StatusCode::NOT_ACCEPTABLE, fault));
     }
     let Some(to) = result.answers(query.alternative) else { return Err(no_alternative(result.alternatives.len())) };
-    let mesh = shapes::mesh(&app, &result.mesh, |_| 0).await?;
+    let besides = |mesh: &Shape| known.numbers(to.len(), mesh.vertices) * size_of::<f64>();
+    let mesh = shapes::mesh(&app, &result.mesh, besides).await?;
     let at: Vec<[f64; 2]> = result.correspondences.iter().map(|c| c.point).collect();
     let looked_at = app.off_runtime(move || (known.faults(&at, mesh.positions().len()), (known, mesh, at)));
     let (faults, (known, mesh, at)) = looked_at.await?;

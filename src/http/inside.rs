@@ -22,7 +22,7 @@ const LARGEST: usize = 1 << 26;
 
 /// Answers A, B, W, C⁰, C, the points, regions and eigenvalues of a match in one file of safetensors.
 ///
-/// `a` (k × q) and `b` (l × q) are the coefficients of the corresponding functions as the solver saw them, `w` and `initial_c` (l × k) the weights and the start, `c` the map after any refinement, `points` a vertex of the user's mesh for every vertex of the sketch, `sketch_regions` and `mesh_regions` labels, `sketch_eigenvalues` and `mesh_eigenvalues` those at area 1.
+/// `a` (k × q) and `b` (l × q) are the coefficients of the corresponding functions as the solver saw them, by `part_indicator` those of the part that was found, `w` and `initial_c` (l × k) the weights and the start, `c` the map after any refinement, `points` a vertex of the user's mesh for every vertex of the sketch, `sketch_regions` and `mesh_regions` labels, `sketch_eigenvalues` and `mesh_eigenvalues` those at area 1. With `joint_diagonalisation` all but `w` is of the eigenfunctions: `w`, and `solver.objective` of the result, are of the coupled bases, and do not go together with `c` here.
 #[utoipa::path(
     get, path = "/v1/matches/{id}/inside", operation_id = "read_inside", tag = "matches", params(("id" = String, Path)),
     responses(

@@ -15,7 +15,7 @@ use crate::alignment::prepared::standing::Up;
 use crate::intake::json;
 use crate::intake::mesh::MeshMeasures;
 use crate::jobs::Task;
-use crate::pipeline::request::{MatchRequest, Regions};
+use crate::pipeline::request::{GivenMap, MatchRequest, Regions};
 use crate::pipeline::{self, Settings};
 use crate::sketch::outline::OutlineRequest;
 use crate::store::{Shape, ShapeKind, Unkept};
@@ -124,14 +124,15 @@ fn settings(
     }
 }
 
-/// What is wrong with landmarks, components and labels, for which the shapes themselves are looked at.
+/// What is wrong with landmarks, components, labels and given points, for which the shapes themselves are looked at.
 async fn faults_on_shapes(
     app: &App,
     settings: &Settings,
     inline: Option<&InlineSketch>,
 ) -> Result<Vec<Fault>, Problem> {
     let labelled = matches!(settings.regions, Regions::Given { .. });
-    if settings.landmarks.is_empty() && settings.components.is_none() && !labelled {
+    let pointed = matches!(settings.given_map, Some(GivenMap::Points { .. }));
+    if settings.landmarks.is_empty() && settings.components.is_none() && !labelled && !pointed {
         return Ok(Vec::new());
     }
     let sketch = match inline {

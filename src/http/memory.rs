@@ -71,17 +71,33 @@ pub fn excess(vertices: usize, k: usize, budget: usize) -> Option<String> {
     })
 }
 
-/// The spectra that settings need and a job of `budget` bytes cannot have, on shapes of these many vertices.
+/// The spectra that settings need and a job of `budget` bytes cannot have, on shapes of these many vertices; or the map, where
+/// there is no room for it beside them.
 pub fn faults(settings: &Settings, sketch_vertices: usize, mesh_vertices: usize, budget: usize) -> Vec<Fault> {
     let (basis, (k, l)) = (&settings.basis, upsampled(settings));
     let refined = (k, l) != (basis.k, basis.k_mesh);
     let of_basis = ["/basis/k", "/basis/k_mesh"];
     let spectra = [(sketch_vertices, k), (mesh_vertices, l)].into_iter().zip(of_basis);
-    spectra
+    let faults: Vec<Fault> = spectra
         .filter_map(|((vertices, k), pointer)| {
             Some(Fault::at_pointer(if refined { "/refinement/k" } else { pointer }, excess(vertices, k, budget)?))
         })
-        .collect()
+        .collect();
+    let (of_map, of_spectra) =
+        (memory::of_map(settings), of_spectrum(sketch_vertices, k).max(of_spectrum(mesh_vertices, l)));
+    if !faults.is_empty() || of_map.saturating_add(of_spectra) <= budget {
+        return faults;
+    }
+    let pointer = if settings.terms.is_empty() { "/basis" } else { "/terms" };
+    let detail = format!(
+        "a map of {} × {} with {} terms takes about {} MiB beside the spectra, a job may take {} MiB with them",
+        basis.k_mesh,
+        basis.k,
+        settings.terms.len(),
+        of_map.div_ceil(1 << 20),
+        budget >> 20
+    );
+    vec![Fault::at_pointer(pointer, detail)]
 }
 
 #[cfg(test)]
@@ -133,5 +149,13 @@ mod tests {
         assert!(pointers(&with("")).is_empty());
         assert_eq!(pointers(&with(r#", "basis": {"k": 20, "k_mesh": 60}"#)), ["/basis/k_mesh"]);
         assert_eq!(pointers(&with(r#", "refinement": {"method": "zoomout", "k": 60}"#)), ["/refinement/k"]);
+        let of_terms = |count: usize| {
+            let terms = vec![r#"{"type": "descriptors"}"#; count].join(", ");
+            let request = format!(r#"{{"mesh": "m", "sketch": "s", "basis": {{"k": 500}}, "terms": [{terms}]}}"#);
+            let settings = Settings::resolve(&serde_json::from_str::<MatchRequest>(&request).unwrap()).unwrap();
+            let faults = faults(&settings, 800, 5_000, GIB / 2);
+            faults.into_iter().filter_map(|fault| fault.pointer).collect::<Vec<_>>()
+        };
+        assert_eq!((of_terms(1), of_terms(8)), (vec![], vec!["/terms".to_owned()]));
     }
 }

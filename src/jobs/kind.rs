@@ -25,6 +25,11 @@ pub trait Task: Serialize + DeserializeOwned {
     /// Bytes of memory it takes, about, for each vertex of the larger of its shapes.
     fn bytes_per_vertex(&self) -> usize;
 
+    /// Bytes of memory it takes, about, however large its shapes are.
+    fn bytes_besides(&self) -> usize {
+        0
+    }
+
     /// Carries out the job of this id, on a thread outside the runtime. Whatever takes time asks `progress` whether to go
     /// on.
     ///
@@ -35,7 +40,8 @@ pub trait Task: Serialize + DeserializeOwned {
     /// The job as it is put into the queue, `payload` being this value in JSON.
     fn job<'a>(&'a self, payload: &'a str) -> NewJob<'a> {
         let [mesh, sketch] = self.shapes();
-        NewJob { mesh, sketch, bytes_per_vertex: self.bytes_per_vertex(), ..NewJob::of(Self::NAME, payload) }
+        let (bytes_per_vertex, bytes_besides) = (self.bytes_per_vertex(), self.bytes_besides());
+        NewJob { mesh, sketch, bytes_per_vertex, bytes_besides, ..NewJob::of(Self::NAME, payload) }
     }
 }
 

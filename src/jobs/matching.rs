@@ -26,6 +26,10 @@ impl Task for Settings {
         memory::of_spectrum(k.max(l))
     }
 
+    fn bytes_besides(&self) -> usize {
+        memory::of_map(self)
+    }
+
     /// The correspondence of the sketch and the mesh.
     fn run(self, id: &str, bench: &Bench, progress: &Progress) -> Result<MatchResult, Failure> {
         let sketch = bench.answer(bench.store.sketch(&self.sketch), progress)?;

@@ -11,7 +11,7 @@ const CONTRACTION: f64 = 0.5;
 /// Steps tried along a direction: the last is 2⁻⁴⁰ of the first.
 const TRIES: usize = 40;
 
-/// A convex function of a matrix with a Lipschitz gradient.
+/// A convex function of a matrix with a Lipschitz gradient. What takes long to evaluate asks a watcher of its own.
 pub struct Smooth<O, G> {
     /// f; a constant may be left out.
     pub objective: O,
@@ -39,12 +39,12 @@ pub fn minimise<O, G>(
     watch: &dyn Watch,
 ) -> Result<(Mat<f64>, Report), Cancelled>
 where
-    O: Fn(MatRef<'_, f64>) -> f64,
-    G: Fn(MatRef<'_, f64>) -> Mat<f64>,
+    O: Fn(MatRef<'_, f64>) -> Result<f64, Cancelled>,
+    G: Fn(MatRef<'_, f64>) -> Result<Mat<f64>, Cancelled>,
 {
     let mut x = start;
-    let mut history = vec![(f.objective)(x.as_ref())];
-    let mut g = (f.gradient)(x.as_ref());
+    let mut history = vec![(f.objective)(x.as_ref())?];
+    let mut g = (f.gradient)(x.as_ref())?;
     let mut d = -&g;
     let stopped = loop {
         let iterations = history.len() - 1;
@@ -54,19 +54,20 @@ where
         if iterations == stopping.max_iterations {
             break Stopped::MaxIterations;
         }
-        watch.proceed(iterations as f64 / stopping.max_iterations as f64)?;
+        let ask = || watch.proceed(iterations as f64 / stopping.max_iterations as f64);
+        ask()?;
         if inner_product(g.as_ref(), d.as_ref()) >= 0.0 {
             d = -&g;
         }
         let value = history[iterations];
-        match line_search(f, &x, value, &g, &d) {
+        match line_search(f, &x, value, &g, &d, &ask)? {
             Some((next, next_value)) => {
                 x = next;
                 history.push(next_value);
             }
             None => history.push(value),
         }
-        let g_next = (f.gradient)(x.as_ref());
+        let g_next = (f.gradient)(x.as_ref())?;
         d = hestenes_stiefel(&g_next, &g, &d) * &d - &g_next;
         g = g_next;
     };
@@ -80,37 +81,48 @@ fn hestenes_stiefel(g_next: &Mat<f64>, g: &Mat<f64>, d: &Mat<f64>) -> f64 {
     if curvature > 0.0 { inner_product(g_next.as_ref(), change.as_ref()) / curvature } else { 0.0 }
 }
 
-/// The point and value of a sufficient decrease from `x` along `d`; none if no step tried brings one.
-fn line_search<O, G>(f: &Smooth<O, G>, x: &Mat<f64>, value: f64, g: &Mat<f64>, d: &Mat<f64>) -> Option<(Mat<f64>, f64)>
+/// The point and value of a sufficient decrease from `x` along `d`; none if no step tried brings one. It is asked before every try
+/// whether to go on.
+fn line_search<O, G>(
+    f: &Smooth<O, G>,
+    x: &Mat<f64>,
+    value: f64,
+    g: &Mat<f64>,
+    d: &Mat<f64>,
+    ask: &dyn Fn() -> Result<(), Cancelled>,
+) -> Result<Option<(Mat<f64>, f64)>, Cancelled>
 where
-    O: Fn(MatRef<'_, f64>) -> f64,
-    G: Fn(MatRef<'_, f64>) -> Mat<f64>,
+    O: Fn(MatRef<'_, f64>) -> Result<f64, Cancelled>,
+    G: Fn(MatRef<'_, f64>) -> Result<Mat<f64>, Cancelled>,
 {
     let slope = inner_product(g.as_ref(), d.as_ref());
-    let slope_further = inner_product((f.gradient)((x + f.step * d).as_ref()).as_ref(), d.as_ref());
+    let slope_further = inner_product((f.gradient)((x + f.step * d).as_ref())?.as_ref(), d.as_ref());
     let rise = slope_further - slope;
     let mut alpha = if rise > 0.0 { -f.step * slope / rise } else { f.step };
     for _ in 0..TRIES {
+        ask()?;
         let next = x + alpha * d;
-        let next_value = (f.objective)(next.as_ref());
+        let next_value = (f.objective)(next.as_ref())?;
         if next_value <= value + SUFFICIENT_DECREASE * alpha * slope {
-            return Some((next, next_value));
+            return Ok(Some((next, next_value)));
         }
         alpha *= CONTRACTION;
     }
-    None
+    Ok(None)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
     use crate::numerics::{Unwatched, random};
 
     /// The minimiser of ⟨X S, X⟩/2 − ⟨B, X⟩, S symmetric and positive definite.
     fn quadratic(s: &Mat<f64>, b: &Mat<f64>, stopping: Stopping) -> (Mat<f64>, Report) {
         let f = Smooth {
-            objective: |x: MatRef<'_, f64>| inner_product((0.5 * (x * s) - b).as_ref(), x),
-            gradient: |x: MatRef<'_, f64>| x * s - b,
+            objective: |x: MatRef<'_, f64>| Ok(inner_product((0.5 * (x * s) - b).as_ref(), x)),
+            gradient: |x: MatRef<'_, f64>| Ok(x * s - b),
             step: 1.0 / s.singular_values().unwrap()[0],
         };
         minimise(&f, Mat::zeros(b.nrows(), b.ncols()), stopping, &Unwatched).unwrap()
@@ -148,9 +160,9 @@ mod tests {
         let m = 3.0 * random::normal(4, 4, 5);
         let root = |x: f64| (1.0 + x * x).sqrt();
         let f = Smooth {
-            objective: |x: MatRef<'_, f64>| (x - &m).col_iter().flat_map(|c| c.iter()).map(|&x| root(x)).sum(),
+            objective: |x: MatRef<'_, f64>| Ok((x - &m).col_iter().flat_map(|c| c.iter()).map(|&x| root(x)).sum()),
             gradient: |x: MatRef<'_, f64>| {
-                Mat::from_fn(4, 4, |i, j| (x[(i, j)] - m[(i, j)]) / root(x[(i, j)] - m[(i, j)]))
+                Ok(Mat::from_fn(4, 4, |i, j| (x[(i, j)] - m[(i, j)]) / root(x[(i, j)] - m[(i, j)])))
             },
             step: 1.0,
         };
@@ -158,5 +170,26 @@ mod tests {
         let (x, report) = minimise(&f, Mat::zeros(4, 4), stopping, &Unwatched).unwrap();
         assert_eq!(report.stopped, Stopped::Converged);
         assert!((x - m).norm_max() < 1e-6);
+    }
+
+    #[test]
+    fn every_try_of_a_line_search_can_be_stopped() {
+        struct Third(AtomicUsize);
+        impl Watch for Third {
+            fn proceed(&self, _fraction: f64) -> Result<(), Cancelled> {
+                if self.0.fetch_add(1, Ordering::Relaxed) == 2 { Err(Cancelled) } else { Ok(()) }
+            }
+        }
+        // The value rises wherever one goes: there are as many tries as may be.
+        let evaluations = AtomicUsize::new(0);
+        let f = Smooth {
+            objective: |_: MatRef<'_, f64>| Ok(evaluations.fetch_add(1, Ordering::Relaxed) as f64),
+            gradient: |x: MatRef<'_, f64>| Ok(x.to_owned()),
+            step: 1.0,
+        };
+        let stopping = Stopping { max_iterations: 1, tolerance: 0.0 };
+        let watch = Third(AtomicUsize::new(0));
+        assert_eq!(minimise(&f, Mat::ones(1, 1), stopping, &watch).unwrap_err(), Cancelled);
+        assert_eq!(evaluations.into_inner(), 2);
     }
 }

@@ -24,4 +24,10 @@ impl Report {
     pub fn objective(&self) -> f64 {
         self.history.last().copied().unwrap_or(f64::NAN)
     }
+
+    /// That of this solver and of the `next`, which went on from its solution: what is told of the start of the second is left out.
+    pub fn followed_by(self, next: Report) -> Report {
+        let history = self.history.into_iter().chain(next.history.into_iter().skip(1));
+        Report { iterations: self.iterations + next.iterations, history: history.collect(), stopped: next.stopped }
+    }
 }

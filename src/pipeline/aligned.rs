@@ -11,6 +11,7 @@ use crate::geometry::axes::Axes;
 use crate::geometry::frame::Frame;
 use crate::geometry::{dot, unit};
 use crate::mesh::figure::Figure;
+use crate::mesh::normals::normals;
 use crate::numerics::Watch;
 use crate::sketch::Sketch;
 
@@ -67,17 +68,26 @@ fn upright(up: &Ups, sketch: &Sketch, shape: &FlatShape, prepared: &PreparedMesh
 
 impl Aligned {
     fn of(alignment: Alignment, prepared: &PreparedMesh, part: Part) -> Aligned {
-        let toward = dot(prepared.symmetry.normal, alignment.frame.toward_camera).signum();
-        let in_front = |v: &u32| toward * prepared.symmetry.height(prepared.positions[*v as usize]) > -BEYOND;
+        let toward = alignment.frame.toward_camera;
+        let side = dot(prepared.symmetry.normal, toward).signum();
+        let on_side = |v: &u32| side * prepared.symmetry.height(prepared.positions[*v as usize]) > -BEYOND;
         let part = match part {
             Part::Whole => SeenPart::Whole,
             Part::Side => SeenPart::Side,
             // Of many poses a far leg is seen too.
-            Part::Auto if alignment.sideways && alignment.map.iter().all(in_front) => SeenPart::Side,
+            Part::Auto if alignment.sideways && alignment.map.iter().all(on_side) => SeenPart::Side,
             Part::Auto => SeenPart::Whole,
         };
         let vertices = 0..prepared.positions.len() as u32;
-        let visible = vertices.filter(|v| part == SeenPart::Whole || in_front(v)).collect();
+        let visible = match part {
+            SeenPart::Whole => vertices.collect(),
+            SeenPart::Side if alignment.sideways => vertices.filter(on_side).collect(),
+            // Seen from the front neither half of the body is before the other.
+            SeenPart::Side => {
+                let normals = normals(&prepared.positions, &prepared.triangles);
+                vertices.filter(|v| dot(normals[*v as usize], toward) > 0.0).collect()
+            }
+        };
         Aligned { alignment, axes: prepared.axes, part, visible }
     }
 
@@ -119,4 +129,40 @@ impl Aligned {
 
 fn of_file(figure: &Figure, map: &[u32]) -> Vec<u32> {
     map.iter().map(|&v| figure.vertices[v as usize]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::solids::star;
+    use crate::numerics::Unwatched;
+
+    #[test]
+    fn the_side_towards_the_camera_is_half_a_left_one_and_half_a_right_one_from_the_front() {
+        let prepared = PreparedMesh::new(&star(0.0), &Unwatched).unwrap();
+        let (normal, along) = (prepared.symmetry.normal, prepared.axes.along([0.0, 1.0, 0.0]));
+        assert!(dot(normal, along).abs() < 0.01);
+        for (toward_camera, sideways) in [(along, false), (normal, true)] {
+            let alignment = Alignment {
+                map: Vec::new(),
+                places: Vec::new(),
+                confidence: Vec::new(),
+                frame: Frame::looking_from(toward_camera),
+                way: Way::View,
+                sideways,
+                contour: 0.0,
+                distortion: 0.0,
+                score: 0.0,
+                alternatives: Vec::new(),
+                at_odds: Vec::new(),
+            };
+            let aligned = Aligned::of(alignment, &prepared, Part::Side);
+            let share = |direction| {
+                let along = |v: &&u32| dot(prepared.positions[**v as usize], direction) > 0.0;
+                aligned.visible.iter().filter(along).count() as f64 / aligned.visible.len() as f64
+            };
+            assert!(share(toward_camera) > 0.8, "{}", share(toward_camera));
+            assert!(sideways || (share(normal) - 0.5).abs() < 0.1, "{}", share(normal));
+        }
+    }
 }

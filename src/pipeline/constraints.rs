@@ -4,7 +4,7 @@
 use faer::{Mat, MatRef};
 
 use super::regions::Correspondence;
-use super::request::{Columns, FunctionPair, SpectralScale};
+use super::request::{Columns, Coupling, FunctionPair, Regions as Method, SpectralScale};
 use super::settings::{Descriptors, Heat, Settings, Wave};
 use crate::descriptors::projection::{RegionProjection, at_points, projections};
 use crate::descriptors::{first_positive, heat_kernel, wave_kernel};
@@ -12,7 +12,9 @@ use crate::functional_map::MapError;
 use crate::functional_map::part::{Group, Partial};
 use crate::functional_map::permutation::Unordered;
 use crate::functional_map::problem::Problem;
+use crate::functional_map::regulariser::Regulariser;
 use crate::functional_map::surface::Surface;
+use crate::functional_map::term::Term;
 use crate::mesh::TriangleMesh;
 use crate::mesh::figure::Figure;
 use crate::numerics::Watch;
@@ -83,8 +85,7 @@ pub(super) fn problem(constraints: &Constraints<'_>, watch: &dyn Watch) -> Resul
 
 /// The data term without the functions of regions.
 fn without_regions(constraints: &Constraints<'_>, watch: &dyn Watch) -> Result<Problem, MapError> {
-    let none = Correspondence { pairs: Vec::new(), ..constraints.regions.clone() };
-    problem(&Constraints { regions: &none, ..*constraints }, watch)
+    problem(&Constraints { regions: &constraints.regions.unpaired(), ..*constraints }, watch)
 }
 
 /// Hands on the coefficients of corresponding functions, blocks of A (k × p) and B (l × p) in the order of their columns.
@@ -163,7 +164,8 @@ fn beside(blocks: [Mat<f64>; 3]) -> Mat<f64> {
     })
 }
 
-/// What is known without the order of the regions, and the functions of every region of both shapes.
+/// What is known without the order of the regions, and the functions of every region of both shapes that has a vertex, in the
+/// order of their numbers.
 ///
 /// # Errors
 /// As [`problem`].
@@ -181,7 +183,7 @@ pub(super) fn unordered(constraints: &Constraints<'_>, watch: &dyn Watch) -> Res
             });
             beside(scaled)
         };
-        Ok::<_, MapError>(projections.iter().map(block).collect())
+        Ok::<_, MapError>(regions.numbers().into_iter().map(|number| block(&projections[number])).collect())
     };
     Ok(Unordered {
         known,
@@ -250,8 +252,13 @@ pub(super) fn at_vertices(constraints: &Constraints<'_>) -> [Mat<f64>; 2] {
             j => kernels[1][(x, j - widths[0] - widths[1])],
         });
         for j in 0..functions.ncols() {
-            let squares: f64 = functions.col(j).iter().zip(&spectrum.mass).map(|(f, mass)| mass * f * f).sum();
-            functions.col_mut(j).iter_mut().for_each(|f| *f /= squares.sqrt().max(f64::MIN_POSITIVE));
+            // Heat that has long spread may be so little that its squares are 0.
+            let largest = functions.col(j).norm_max();
+            if largest > 0.0 {
+                functions.col_mut(j).iter_mut().for_each(|f| *f /= largest);
+                let squares: f64 = functions.col(j).iter().zip(&spectrum.mass).map(|(f, mass)| mass * f * f).sum();
+                functions.col_mut(j).iter_mut().for_each(|f| *f /= squares.sqrt());
+            }
         }
         functions
     };
@@ -267,6 +274,36 @@ pub(super) fn count(settings: &Settings, pairs: usize, points: usize) -> usize {
     let Settings { descriptors, landmarks, functions, .. } = settings;
     let of_region = 1 + descriptors.hks.count + descriptors.wks.count;
     pairs * of_region + landmarks.len() * LANDMARK_TIMES + functions.len() + points
+}
+
+/// Numbers that a functional map keeps at its peak, about, beside the spectra: the projections of regions, the functions of those
+/// that are looked at together, and of every function of every term an operator of either shape.
+pub fn kept(settings: &Settings) -> usize {
+    let Settings { basis, descriptors: Descriptors { hks, wks, .. }, .. } = settings;
+    let regions = match &settings.regions {
+        Method::Auto { count } => *count,
+        Method::Segmented { sketch_regions, mesh_regions, .. } => *sketch_regions.max(mesh_regions),
+        Method::Given { sketch, mesh } => {
+            let last = sketch.iter().chain(mesh).max();
+            last.map_or(0, |&last| usize::try_from(last.saturating_add(1)).unwrap_or(0))
+        }
+    };
+    let (of_both, squares) = (basis.k + basis.k_mesh, basis.k.pow(2) + basis.k_mesh.pow(2));
+    let in_turns = matches!(settings.regulariser, Regulariser::PermutedL1(_) | Regulariser::PartIndicator(_));
+    let together = if in_turns { regions } else { 1 };
+    let of_regions = regions * squares + together * of_both * (1 + hks.count + wks.count);
+    let components = hks.count.min(COMPONENTS) + wks.count.min(COMPONENTS);
+    let functions = settings.terms.iter().map(|term| match term {
+        Term::Laplacian(_) => 1,
+        Term::Descriptors(_) | Term::Orientation(_) => regions + components,
+    });
+    // The energy without what is found in turns, the first and that of the turn; or that of the bases and of coupled ones.
+    let copies = match settings.basis.coupling {
+        _ if in_turns => 3,
+        Coupling::JointDiagonalisation { .. } => 2,
+        Coupling::None {} => 1,
+    };
+    of_regions + copies * functions.sum::<usize>() * squares
 }
 
 /// Φᵀ M f of functions at the vertices.
@@ -327,11 +364,54 @@ mod tests {
                 points: None,
             };
             let whole = vec![1.0; spectra[1].vertices()];
-            let as_part = partial(&constraints, &meshes[1], 1.0, &Unwatched).unwrap().problem(&whole).unwrap();
+            let as_part =
+                partial(&constraints, &meshes[1], 1.0, &Unwatched).unwrap().problem(&whole, &Unwatched).unwrap();
             let as_it_is = problem(&constraints, &Unwatched).unwrap();
             let c = random::normal(k, k, 1);
             let (part, all) = (as_part.value(c.as_ref()), as_it_is.value(c.as_ref()));
             assert!((part - all).abs() < 1e-9 * all, "{columns:?}: {part} {all}");
         }
+    }
+
+    #[test]
+    fn functions_of_terms_are_of_one_size_however_little_heat_is_left() {
+        let meshes = [sheet(9, 4), sheet(12, 9)];
+        let spectra =
+            meshes.each_ref().map(|mesh| spectrum(mesh, 7, Boundary::Dirichlet, &Unwatched).unwrap().at_unit_area(7));
+        let none = |n: usize| Regions::new(vec![Regions::NONE; n]).unwrap();
+        let [sketch, mesh] = spectra.each_ref().map(|spectrum| none(spectrum.vertices()));
+        let heat = r#"{"hks": {"count": 2, "times": [20, 1000]}, "wks": {"count": 0}}"#;
+        let request =
+            MatchRequest { descriptors: Some(serde_json::from_str(heat).unwrap()), ..MatchRequest::default() };
+        let settings = Settings::resolve(&request).unwrap();
+        let functions = at_vertices(&Constraints {
+            descriptors: &settings.descriptors,
+            spectra: [&spectra[0], &spectra[1]],
+            scaled: &spectra[1].eigenvalues,
+            regions: &Correspondence { sketch, mesh, pairs: Vec::new(), cost: 0.0 },
+            landmarks: &[],
+            functions: None,
+            points: None,
+        });
+        for (functions, spectrum) in functions.iter().zip(&spectra) {
+            let square = |j: usize| functions.col(j).iter().zip(&spectrum.mass).map(|(f, m)| m * f * f).sum::<f64>();
+            // The last time leaves nothing at all.
+            assert_eq!((functions.ncols(), functions.col(1).norm_max()), (2, 0.0));
+            assert!((square(0) - 1.0).abs() < 1e-9, "{}", square(0));
+        }
+    }
+
+    #[test]
+    fn every_function_of_a_term_keeps_an_operator_of_either_shape() {
+        let numbers = |rest: &str| {
+            let request = format!(r#"{{"mesh": "", "sketch": "", "basis": {{"k": 30, "k_mesh": 40}}{rest}}}"#);
+            kept(&Settings::resolve(&serde_json::from_str(&request).unwrap()).unwrap())
+        };
+        let (squares, regions) = (30 * 30 + 40 * 40, 7 * (30 * 30 + 40 * 40) + (30 + 40) * 201);
+        assert_eq!(numbers(""), regions);
+        let terms = r#", "terms": [{"type": "laplacian"}, {"type": "descriptors"}, {"type": "orientation"}]"#;
+        assert_eq!(numbers(terms), regions + (1 + 2 * (7 + 16)) * squares);
+        let in_turns = format!(r#"{terms}, "regulariser": {{"type": "part_indicator"}}"#);
+        assert_eq!(numbers(&in_turns), regions + 6 * (30 + 40) * 201 + 3 * (1 + 2 * (7 + 16)) * squares);
     }
 }

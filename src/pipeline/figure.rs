@@ -1,7 +1,7 @@
 //! Which part of the mesh is matched.
 
 use super::aligned::{Aligned, aligned};
-use super::request::Alignment;
+use super::request::{Alignment, GivenMap};
 use super::settings::Settings;
 use super::stages::{Stage, Stages};
 use super::{Fault, MatchError, Surroundings, landmarks};
@@ -35,12 +35,10 @@ impl Chosen {
     ) -> Result<Chosen, MatchError> {
         let components = components(mesh.sound());
         surroundings.watcher.proceed(Stage::Spectrum, 0.0)?;
-        let mut sets = candidates(settings, mesh, &components).map_err(MatchError::Faults)?;
+        let sets = candidates(settings, mesh, &components).map_err(MatchError::Faults)?;
         let of_several = sets.len() > 1 || settings.components.is_some();
-        if settings.alignment == (Alignment::None {}) {
-            sets.truncate(1);
-        }
-        if let [set] = &sets[..] {
+        let sets = tried(&sets, settings);
+        if let [set] = sets {
             let figure = match &set[..] {
                 &[number] => Some(Figure::of_component(mesh, &components, number)),
                 set => stages.run(Stage::Alignment, |watch| Figure::of_components(mesh, &components, set, watch))?,
@@ -51,7 +49,7 @@ impl Chosen {
         }
         stages.run(Stage::Alignment, |watch| {
             let mut best: Option<Chosen> = None;
-            for set in &sets {
+            for set in sets {
                 let Some(figure) = Figure::of_components(mesh, &components, set, watch)? else { continue };
                 let landmarks =
                     landmarks::vertices(&settings.landmarks, sketch, &figure).map_err(MatchError::Faults)?;
@@ -145,11 +143,46 @@ pub(super) fn candidates(
     if faults.is_empty() { Ok(fitting) } else { Err(faults) }
 }
 
+/// The sets that the sketch is laid on to find the one it shows: without an alignment the likeliest alone.
+fn tried<'a>(sets: &'a [Vec<usize>], settings: &Settings) -> &'a [Vec<usize>] {
+    if settings.alignment == (Alignment::None {}) { &sets[..1] } else { sets }
+}
+
+/// The points of a map of the user's own as vertices of the figure; none where there are none.
+///
+/// # Errors
+/// Every point that is not on the figure.
+pub(super) fn given_points(settings: &Settings, figure: &Figure) -> Result<Option<Vec<u32>>, Vec<Fault>> {
+    let Some(GivenMap::Points { mesh_vertices: vertices }) = &settings.given_map else { return Ok(None) };
+    let off = vertices.iter().enumerate().filter(|(_, vertex)| figure.at(**vertex).is_none());
+    let fault = |(x, vertex): (usize, &u32)| {
+        let detail = format!("vertex {vertex} is not on the part of the mesh that is matched");
+        Fault::new(format!("/given_map/mesh_vertices/{x}"), detail)
+    };
+    let faults: Vec<Fault> = off.map(fault).collect();
+    let own = |&vertex: &u32| figure.at(vertex).map(|own| own as u32);
+    if faults.is_empty() { Ok(vertices.iter().map(own).collect()) } else { Err(faults) }
+}
+
 /// What the shapes themselves rule out of a match: landmarks off the drawing or off the figure, components that there are
-/// not, labels that contradict each other along a seam.
+/// not, labels that contradict each other along a seam. Where it is known which component is matched also landmarks that contradict
+/// each other and points of a given map that are not on it.
 pub fn faults_on_shapes(settings: &Settings, sketch: &Sketch, mesh: &FileMesh) -> Vec<Fault> {
-    let mut faults = landmarks::off_the_drawing(&settings.landmarks, sketch);
-    faults.extend(candidates(settings, mesh, &components(mesh.sound())).err().into_iter().flatten());
+    let components = components(mesh.sound());
+    let sets = candidates(settings, mesh, &components);
+    let figure = match sets.as_ref().map(|sets| tried(sets, settings)) {
+        Ok([set]) if let &[number] = &set[..] => Some(Figure::of_component(mesh, &components, number)),
+        // To join some takes as long as many a match.
+        _ => None,
+    };
+    let mut faults = match &figure {
+        Some(figure) => {
+            let of_landmarks = landmarks::vertices(&settings.landmarks, sketch, figure).err();
+            of_landmarks.into_iter().chain(given_points(settings, figure).err()).flatten().collect()
+        }
+        None => landmarks::off_the_drawing(&settings.landmarks, sketch),
+    };
+    faults.extend(sets.err().into_iter().flatten());
     if let super::request::Regions::Given { mesh: labels, .. } = &settings.regions {
         faults.extend(super::regions::labels_of_vertices(labels, mesh).err().into_iter().flatten());
     }

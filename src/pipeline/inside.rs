@@ -3,11 +3,12 @@
 use faer::{Mat, MatRef};
 
 use super::bases::{ASKED_BY, at_unit_area, both};
-use super::constraints::{Constraints, Points, count, each, given};
+use super::constraints::{Constraints, Points, count, each, given, partial};
 use super::outcome::MatchResult;
 use super::regions::Correspondence;
 use super::run::weight;
 use super::{MatchError, Spectra, figure, landmarks};
+use crate::functional_map::regulariser::Regulariser;
 use crate::mesh::file_mesh::FileMesh;
 use crate::numerics::Watch;
 use crate::regions::Regions;
@@ -62,7 +63,7 @@ impl Inside {
 
         let functions = given(&settings.functions, &figure);
         let (mut on_sketch, mut on_mesh) = (Vec::new(), Vec::new());
-        let constraints = Constraints {
+        let mut constraints = Constraints {
             descriptors: &settings.descriptors,
             spectra: [&phi, &psi],
             scaled: &scaled,
@@ -71,6 +72,18 @@ impl Inside {
             functions: functions.as_ref(),
             points,
         };
+        // Functions of regions count as far as the part that was found does; the others come after them.
+        let unpaired = regions.unpaired();
+        if let (Some(part), Regulariser::PartIndicator(term)) = (&result.intermediate.part, &settings.regulariser) {
+            let part: Vec<f64> =
+                figure.vertices.iter().map(|&v| part.get(v as usize).copied().unwrap_or(0.0)).collect();
+            let of_regions = partial(&constraints, &figure.mesh, term.area, watch)?.functions(&part, watch)?;
+            for [a, b] in of_regions {
+                on_sketch.push(a);
+                on_mesh.push(b);
+            }
+            constraints.regions = &unpaired;
+        }
         let mut collect = |a: Mat<f64>, b: Mat<f64>| {
             on_sketch.push(a);
             on_mesh.push(b);

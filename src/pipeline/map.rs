@@ -10,12 +10,13 @@ use crate::functional_map::coupling::{Coupling as Coupled, coupled};
 use crate::functional_map::part::{Partial, Shown, shown};
 use crate::functional_map::permutation::{Pair, Unordered, ordered};
 use crate::functional_map::problem::{Problem, Seen, least_squares};
-use crate::functional_map::regulariser::{PartIndicator, Regulariser};
+use crate::functional_map::regulariser::{PartIndicator, PermutedL1, Regulariser};
 use crate::functional_map::solve::{Solution, solve};
 use crate::functional_map::term::Shape;
 use crate::functional_map::weights::weights;
 use crate::mesh::TriangleMesh;
 use crate::numerics::{Report, Stopped, Watch};
+use crate::regions::Regions;
 use crate::regions::pairing::RegionPair;
 use crate::spectral::Spectrum;
 
@@ -30,9 +31,9 @@ pub(super) enum Energy<'a> {
     /// In C.
     Ordered(Problem),
     /// In C and the order of the regions.
-    Unordered(Unordered),
+    Unordered(Unordered, PermutedL1),
     /// In C and the part of the mesh that is shown.
-    Partial(Box<Partial<'a>>),
+    Partial(Box<Partial<'a>>, PartIndicator),
 }
 
 /// The functional map, and what it was found with.
@@ -66,23 +67,25 @@ impl<'a> Energy<'a> {
         watch: &dyn Watch,
     ) -> Result<Energy<'a>, MatchError> {
         let mut energy = match settings.regulariser {
-            Regulariser::PermutedL1(_) => {
-                let most = constraints.regions.sketch.count().max(constraints.regions.mesh.count());
+            // Of a map of the user's own nothing is to be found together with it.
+            _ if settings.given_map.is_some() => Energy::Ordered(problem(constraints, watch)?),
+            Regulariser::PermutedL1(term) => {
+                let most = constraints.regions.sketch.numbers().len().max(constraints.regions.mesh.numbers().len());
                 if most > MOST_UNORDERED {
                     let detail = format!("{most} regions are too many to put in order: {MOST_UNORDERED} at most");
                     return Err(MatchError::Faults(vec![Fault::new("/regions", detail)]));
                 }
-                Energy::Unordered(unordered(constraints, watch)?)
+                Energy::Unordered(unordered(constraints, watch)?, term)
             }
-            Regulariser::PartIndicator(PartIndicator { area, .. }) => {
-                Energy::Partial(Box::new(partial(constraints, meshes[1], area, watch)?))
+            Regulariser::PartIndicator(term) => {
+                Energy::Partial(Box::new(partial(constraints, meshes[1], term.area, watch)?), term)
             }
             _ => Energy::Ordered(problem(constraints, watch)?),
         };
         let problem = match &mut energy {
             Energy::Ordered(problem) => problem,
-            Energy::Unordered(unordered) => &mut unordered.known,
-            Energy::Partial(partial) => &mut partial.known,
+            Energy::Unordered(unordered, _) => &mut unordered.known,
+            Energy::Partial(partial, _) => &mut partial.known,
         };
         let [sketch, mesh] = constraints.spectra;
         problem.see(seen(constraints.spectra, constraints.scaled));
@@ -97,19 +100,10 @@ impl<'a> Energy<'a> {
             let shapes = [shape(0, sketch, sketch.eigenvalues.as_slice()), shape(1, mesh, constraints.scaled)];
             for term in &settings.terms {
                 watch.proceed(0.0)?;
-                term.commutators(shapes).into_iter().try_for_each(|commutator| problem.commute(commutator))?;
+                term.commutators(shapes, watch)?.into_iter().try_for_each(|commutator| problem.commute(commutator))?;
             }
         }
         Ok(energy)
-    }
-
-    /// The data term without what is to be found together with C.
-    fn known(&self) -> &Problem {
-        match self {
-            Energy::Ordered(problem) => problem,
-            Energy::Unordered(unordered) => &unordered.known,
-            Energy::Partial(partial) => &partial.known,
-        }
     }
 
     /// The minimiser, from the pairs of the constraints where their order counts; or the user's `own` map, whose energy is told.
@@ -125,23 +119,27 @@ impl<'a> Energy<'a> {
     ) -> Result<Mapped, MatchError> {
         let eigenvalues = &constraints.spectra[0].eigenvalues;
         let w = |start: &Mat<f64>| weights(&settings.weights, start.as_ref(), eigenvalues, constraints.scaled);
-        match (self, &settings.regulariser) {
-            (Energy::Unordered(unordered), Regulariser::PermutedL1(term)) if own.is_none() => {
-                let pairs: Vec<Pair> = constraints.regions.pairs.iter().map(|pair| [pair.sketch, pair.mesh]).collect();
-                let found = ordered(unordered, term, pairs, &w, watch)?;
-                let pair = |&[sketch, mesh]: &Pair| RegionPair { sketch, mesh, cost: 0.0 };
+        match self {
+            Energy::Unordered(unordered, term) => {
+                // Numbers that no vertex has are no regions: the others are counted through, and told by their own.
+                let [sketch, mesh] = [&constraints.regions.sketch, &constraints.regions.mesh].map(Regions::numbers);
+                let known = constraints.regions.pairs.iter();
+                let place = |pair: &RegionPair| {
+                    Some([sketch.binary_search(&pair.sketch).ok()?, mesh.binary_search(&pair.mesh).ok()?])
+                };
+                let found = ordered(unordered, term, known.filter_map(place).collect(), &w, watch)?;
+                let pair = |&[r, s]: &Pair| RegionPair { sketch: sketch[r], mesh: mesh[s], cost: 0.0 };
                 let pairs = Together::Pairs(found.pairs.iter().map(pair).collect());
                 Ok(Mapped { start: found.start, weights: found.weights, solution: found.solution, together: pairs })
             }
-            (Energy::Partial(partial), Regulariser::PartIndicator(term)) if own.is_none() => {
+            Energy::Partial(partial, term) => {
                 let Shown { part, start, weights, solution } = shown(partial, term, &w, watch)?;
                 Ok(Mapped { start, weights, solution, together: Together::Part(part) })
             }
-            (_, regulariser) => {
-                let problem = self.known();
+            Energy::Ordered(problem) => {
                 let start = least_squares(problem)?;
                 if let (Coupling::JointDiagonalisation { weight }, None) = (settings.basis.coupling, &own) {
-                    return coupled_minimiser(problem, regulariser, (settings, weight), start, watch);
+                    return coupled_minimiser(problem, &settings.regulariser, (settings, weight), start, watch);
                 }
                 let weights = w(&start);
                 if let Some(c) = own {
@@ -155,7 +153,7 @@ impl<'a> Energy<'a> {
                         together: Together::Nothing,
                     });
                 }
-                let solution = solve(problem, regulariser, &weights, start.clone(), watch)?;
+                let solution = solve(problem, &settings.regulariser, &weights, start.clone(), watch)?;
                 Ok(Mapped { start, weights, solution, together: Together::Nothing })
             }
         }

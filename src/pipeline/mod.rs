@@ -16,6 +16,8 @@ pub mod request;
 mod run;
 pub mod settings;
 mod stages;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -31,6 +33,7 @@ use outcome::MatchResult;
 
 pub use bases::Bases;
 pub use computing::Computing;
+pub use constraints::kept;
 pub use figure::faults_on_shapes;
 pub use inside::{Inside, functions};
 pub use regions::segmented;

@@ -57,15 +57,16 @@ impl MatchResult {
     }
 }
 
-/// How far a match is to be trusted, by the measured errors of matches of the same confidence.
+/// How far a match is to be trusted, by the measured errors of matches of the same confidence: in units of √area, of √(area / 2)
+/// where one side is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rating {
-    /// From 0.88: a mean error of 0.05 √area on average; of 35 matches none was off by more than 0.15.
+    /// From 0.88: a mean error of 0.05 on average; of 35 matches none was off by more than 0.15.
     High,
-    /// From 0.75: a mean error of 0.07 √area on average; of 80 matches 8 were off by more than 0.15, none by more than 0.3.
+    /// From 0.75: a mean error of 0.07 on average; of 80 matches 8 were off by more than 0.15, none by more than 0.3.
     Medium,
-    /// Below: a mean error of 0.14 √area on average; of 51 matches 14 were off by more than 0.15 and 5 by more than 0.3, whose
+    /// Below: a mean error of 0.14 on average; of 51 matches 14 were off by more than 0.15 and 5 by more than 0.3, whose
     /// views may be wrong.
     Low,
 }
@@ -126,7 +127,8 @@ pub struct Correspondence {
     #[schema(value_type = Option<Vec<f64>>, min_items = 3, max_items = 3)]
     pub barycentric: Option<[f64; 3]>,
     /// In `[0, 1]`. Of aligned points the chance to be within a tenth of the square root of the mesh's area of the
-    /// truth; of points read from C how well the map agrees with its own way back, which is not calibrated.
+    /// truth, of half of that area in the drawings from the side among those it was estimated from; of points read from C how well
+    /// the map agrees with its own way back, which is not calibrated.
     pub confidence: f64,
 }
 
@@ -201,12 +203,16 @@ pub enum AlternativeKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Solver {
     pub regulariser: String,
-    /// 0 where the solution is direct.
+    /// Of all turns where C is found in turns with something else; 0 where the solution is direct.
     pub iterations: usize,
-    /// ‖C A − B‖²_F + γ ρ(C) at the C that was found, before any refinement.
+    /// ‖C A − B‖²_F + γ ρ(C) at the C that was found, before any refinement; by `part_indicator` with what area and boundary of the
+    /// part cost.
     pub objective: f64,
     pub stopped: Stopped,
-    /// The objective at the start C⁰ and after every iteration.
+    /// The objective at the start C⁰ and after every iteration, of a direct solution at its end. By `permuted_l1` and
+    /// `part_indicator` of all turns in C, one after the other, each at the order or the part of that turn; what is gained by a new
+    /// order or part is in the next value. Where the request pairs fewer regions than can be paired, the first turn of
+    /// `permuted_l1` counts its pairs alone.
     pub history: Vec<f64>,
 }
 
@@ -232,9 +238,10 @@ pub struct Intermediate {
     /// The factor on the mesh's eigenvalues that descriptors were made with.
     pub spectral_scale: f64,
     pub regions: PairedRegions,
-    /// C⁰, the least-squares solution every solver starts from.
+    /// C⁰, the least-squares solution every solver starts from: of turns the first, with the pairs that were begun with or with
+    /// nearly the whole mesh.
     pub initial_c: Matrix,
-    /// W.
+    /// W: with `joint_diagonalisation` that of C in the coupled bases, as the objective is; C and C⁰ are of the eigenfunctions.
     pub weights: Matrix,
     /// By the regulariser `part_indicator`: for every vertex of the user's mesh file how much it belongs to the part that the
     /// sketch shows, from 0 to 1; 0 off the component that is matched.

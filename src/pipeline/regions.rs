@@ -82,6 +82,11 @@ impl Correspondence {
         }
     }
 
+    /// The same without pairs.
+    pub fn unpaired(&self) -> Correspondence {
+        Correspondence { pairs: Vec::new(), ..self.clone() }
+    }
+
     /// What the result says of them: the mesh's labels for the vertices of the user's file.
     pub fn reported(&self, figure: &Figure) -> PairedRegions {
         let label = |vertex: Option<usize>| vertex.map_or(Regions::NONE, |vertex| self.mesh.labels()[vertex]);

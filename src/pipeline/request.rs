@@ -37,6 +37,7 @@ pub struct MatchRequest {
     pub descriptors: Option<DescriptorsRequest>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub regions: Option<Regions>,
+    /// What is known of the correspondence. All are kept exactly; of more than 200 the first 200 move what is around them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 1000)]
     pub landmarks: Option<Vec<Landmark>>,

@@ -7,14 +7,14 @@ use faer::Mat;
 use super::aligned::{Aligned, aligned};
 use super::bases::{ASKED_BY, at_unit_area, both};
 use super::constraints::{Constraints, Points as AlignedPoints, given, spectral_scale};
-use super::figure::Chosen;
+use super::figure::{Chosen, given_points};
 use super::map::{Energy, Mapped, Together};
 use super::outcome::{Correspondence, Intermediate, MatchResult, Matrix, PairedRegions, Rating, Solver};
 use super::regions::{self, Shape};
-use super::request::{Alignment, Conversion, GivenMap, Refinement, Within};
+use super::request::{Alignment, Conversion, GivenMap, Refinement, Regions, Within};
 use super::settings::{Settings, check, upsampled};
 use super::stages::{Stage, Stages};
-use super::{Fault, MatchError, Surroundings};
+use super::{MatchError, Surroundings};
 use crate::alignment::Place;
 use crate::correspondence::{confidence, functional_map, icp, points, zoomout};
 use crate::mesh::figure::Figure;
@@ -159,7 +159,7 @@ impl<'a> Matching<'a> {
             mesh: settings.mesh.clone(),
             request: Settings { components, ..(*settings).clone() },
             c: Matrix::from(points.c.as_ref()),
-            correspondences: correspondences(sketch, figure, &points),
+            correspondences: holding(correspondences(sketch, figure, &points), settings, landmarks),
             confidence,
             rating: calibrated.then(|| Rating::of(confidence)),
             alignment: aligned.map(|aligned| aligned.report(figure)),
@@ -191,21 +191,14 @@ pub(super) fn weight(alignment: &Alignment) -> Option<f64> {
 /// The C that the user gives, or that of the points given.
 ///
 /// # Errors
-/// [`MatchError::Faults`] where a point is not on the figure.
+/// [`MatchError::Faults`] where points are not on the figure.
 fn own_map(settings: &Settings, [phi, psi]: &[Spectrum; 2], figure: &Figure) -> Result<Option<Mat<f64>>, MatchError> {
-    let vertices = match &settings.given_map {
-        None => return Ok(None),
-        Some(GivenMap::C { rows }) => return Ok(Some(Mat::from_fn(psi.len(), phi.len(), |i, j| rows[i][j]))),
-        Some(GivenMap::Points { mesh_vertices: vertices }) => vertices,
-    };
-    let on_figure = |(x, &vertex): (usize, &u32)| {
-        let own = figure.at(vertex).map(|own| own as u32);
-        let detail = || format!("vertex {vertex} is not on the part of the mesh that is matched");
-        own.ok_or_else(|| Fault::new(format!("/given_map/mesh_vertices/{x}"), detail()))
-    };
-    let map = vertices.iter().enumerate().map(on_figure).collect::<Result<Vec<u32>, _>>();
-    let map = map.map_err(|fault| MatchError::Faults(vec![fault]))?;
-    Ok(Some(functional_map(phi.eigenfunctions.as_ref(), &phi.mass, psi.eigenfunctions.as_ref(), &map)))
+    if let Some(GivenMap::C { rows }) = &settings.given_map {
+        return Ok(Some(Mat::from_fn(psi.len(), phi.len(), |i, j| rows[i][j])));
+    }
+    let of_points =
+        |map: Vec<u32>| functional_map(phi.eigenfunctions.as_ref(), &phi.mass, psi.eigenfunctions.as_ref(), &map);
+    Ok(given_points(settings, figure).map_err(MatchError::Faults)?.map(of_points))
 }
 
 /// The spectra of both shapes, as long as refinement needs them, in the units of their files.
@@ -323,6 +316,17 @@ fn correspondences(sketch: &Sketch, figure: &Figure, points: &Points) -> Vec<Cor
         .collect()
 }
 
+/// The same with every landmark's own vertex of the file as its answer: of a figure joined of components or made coarser another
+/// may answer for its vertex.
+fn holding(mut answers: Vec<Correspondence>, settings: &Settings, landmarks: &[[usize; 2]]) -> Vec<Correspondence> {
+    for (landmark, &[x, _]) in settings.landmarks.iter().zip(landmarks) {
+        let Correspondence { mesh_vertex, triangle, .. } = &mut answers[x];
+        let other = std::mem::replace(mesh_vertex, landmark.mesh);
+        triangle.iter_mut().flatten().filter(|corner| **corner == other).for_each(|corner| *corner = landmark.mesh);
+    }
+    answers
+}
+
 fn warnings(
     settings: &Settings,
     figure: &Figure,
@@ -340,14 +344,40 @@ fn warnings(
     if besides > 0 {
         warnings.push(format!("{besides} of the {all} vertices of the mesh are not on the component that is matched"));
     }
-    if let super::request::Regions::Auto { count } = settings.regions
-        && settings.alignment == (Alignment::None {})
-    {
-        for (shape, found) in [("sketch", regions.sketch.count()), ("mesh", regions.mesh.count())] {
-            if found < count {
-                warnings.push(format!("{found} regions were found on the {shape} where {count} were asked for"));
-            }
+    let found = [regions.sketch.count(), regions.mesh.count()];
+    for ((shape, found), asked) in ["sketch", "mesh"].into_iter().zip(found).zip(asked_regions(settings)) {
+        if let Some(asked) = asked.filter(|asked| found < *asked) {
+            warnings.push(format!("{found} regions were found on the {shape} where {asked} were asked for"));
         }
     }
     warnings
+}
+
+/// The regions that sketch and mesh were to be segmented into; nothing of a shape that was not: given labels are taken as they
+/// are, and with an alignment those of the sketch are carried to the mesh.
+fn asked_regions(settings: &Settings) -> [Option<usize>; 2] {
+    match (&settings.regions, &settings.alignment) {
+        (Regions::Auto { count }, Alignment::View { .. }) => [Some(*count), None],
+        (Regions::Auto { count }, Alignment::None {}) => [Some(*count); 2],
+        (Regions::Segmented { sketch_regions, mesh_regions, .. }, _) => [Some(*sketch_regions), Some(*mesh_regions)],
+        (Regions::Given { .. }, _) => [None; 2],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::request::MatchRequest;
+
+    #[test]
+    fn regions_are_asked_for_of_every_shape_that_is_segmented() {
+        let asked = |text: &str| {
+            let request: MatchRequest = serde_json::from_str(text).unwrap();
+            asked_regions(&Settings::resolve(&request).unwrap())
+        };
+        assert_eq!(asked(r#"{"mesh": "", "sketch": ""}"#), [Some(7), None]);
+        assert_eq!(asked(r#"{"mesh": "", "sketch": "", "preset": "thesis"}"#), [Some(7); 2]);
+        let segmented = r#"{"method": "segmented", "sketch_regions": 5, "mesh_regions": 6, "pairs": [[0, 0]]}"#;
+        assert_eq!(asked(&format!(r#"{{"mesh": "", "sketch": "", "regions": {segmented}}}"#)), [Some(5), Some(6)]);
+    }
 }

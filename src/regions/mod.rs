@@ -7,6 +7,8 @@ pub mod graph;
 mod k_means;
 pub mod pairing;
 
+use std::collections::BTreeSet;
+
 /// The most regions a shape may be divided into.
 pub const MAX_REGIONS: usize = 64;
 
@@ -55,6 +57,12 @@ impl Regions {
         self.count
     }
 
+    /// The numbers of the regions that have a vertex, ascending.
+    pub fn numbers(&self) -> Vec<usize> {
+        let numbers: BTreeSet<i32> = self.labels.iter().copied().collect();
+        numbers.into_iter().filter_map(|label| usize::try_from(label).ok()).collect()
+    }
+
     /// The number of the region `vertex` is in.
     pub fn region(&self, vertex: usize) -> Option<usize> {
         usize::try_from(self.labels[vertex]).ok()
@@ -79,7 +87,7 @@ mod tests {
     #[test]
     fn areas_leave_out_vertices_of_no_region() {
         let regions = Regions::new(vec![2, -1, 0, 2]).unwrap();
-        assert_eq!(regions.count(), 3);
+        assert_eq!((regions.count(), regions.numbers()), (3, vec![0, 2]));
         assert_eq!(regions.areas(&[1.0, 10.0, 100.0, 1000.0]), [100.0, 0.0, 1001.0]);
     }
 

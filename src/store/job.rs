@@ -176,6 +176,8 @@ pub struct NewJob<'a> {
     pub taken_for: Duration,
     /// Bytes of memory it takes, about, for each vertex of the larger of its shapes.
     pub bytes_per_vertex: usize,
+    /// Bytes it takes besides, about, however large they are.
+    pub bytes_besides: usize,
     pub priority: Priority,
     /// Address that is told of its end.
     pub webhook: Option<&'a str>,
@@ -195,6 +197,7 @@ impl<'a> NewJob<'a> {
             dedupe: None,
             taken_for: Duration::ZERO,
             bytes_per_vertex: 0,
+            bytes_besides: 0,
             priority: Priority::Interactive,
             webhook: None,
             trace: None,

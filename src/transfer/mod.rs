@@ -9,7 +9,7 @@ use crate::numerics::{Cancelled, Watch};
 use crate::pipeline::Bases;
 use crate::pipeline::outcome::{AlternativeKind, MatchResult};
 use crate::sketch::Sketch;
-use request::{Given, Moved, Shape, TransferRequest, Values};
+use request::{By, Given, Moved, Shape, TransferRequest, Values};
 
 /// One thing wrong with a request, and where.
 pub use crate::pipeline::Fault;
@@ -25,11 +25,21 @@ pub fn faults(request: &TransferRequest, result: &MatchResult, mesh_vertices: us
         let detail = "a drawing is taken from the sketch";
         faults.push(Fault { pointer: "/given/type".to_owned(), detail: detail.to_owned() });
     }
-    if request.both_sides && mirrored(result).is_none() {
-        let detail = "the match has no mirrored alternative to answer for the other side";
-        faults.push(Fault { pointer: "/both_sides".to_owned(), detail: detail.to_owned() });
-    }
+    faults.extend(unanswered(request, mirrored(result).is_some()));
     faults
+}
+
+/// Why nothing answers for the other side, where somebody is to.
+fn unanswered(request: &TransferRequest, is_mirrored: bool) -> Option<Fault> {
+    let detail = match request {
+        TransferRequest { both_sides: false, .. } => return None,
+        TransferRequest { from: Shape::Sketch, by: By::Points, .. } if is_mirrored => return None,
+        TransferRequest { from: Shape::Sketch, by: By::Points, .. } => {
+            "the match has no mirrored alternative to answer for the other side"
+        }
+        _ => "only what is taken from the sketch by points is given to both sides",
+    };
+    Some(Fault { pointer: "/both_sides".to_owned(), detail: detail.to_owned() })
 }
 
 /// What is given by points: each vertex of the mesh has what the nearest answered one answers, each of the sketch what its
@@ -74,4 +84,23 @@ fn mirrored(result: &MatchResult) -> Option<&Vec<u32>> {
 /// Where there are [faults].
 pub fn by_map(from: Shape, given: &Values<'_>, bases: &Bases, sketch: &Sketch) -> Moved {
     by_map::taken(from, given, bases, sketch.mesh().positions().len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_sides_are_given_what_is_taken_from_the_sketch_by_points_alone() {
+        for (from, by, is_mirrored, fits) in [
+            (Shape::Sketch, By::Points, true, true),
+            (Shape::Sketch, By::Points, false, false),
+            (Shape::Sketch, By::Map, true, false),
+            (Shape::Mesh, By::Points, true, false),
+        ] {
+            let request = TransferRequest { from, by, both_sides: true, given: Given::Drawing {} };
+            assert_eq!(unanswered(&request, is_mirrored).is_none(), fits, "{from:?} {by:?} {is_mirrored}");
+            assert_eq!(unanswered(&TransferRequest { both_sides: false, ..request }, is_mirrored), None);
+        }
+    }
 }

@@ -17,7 +17,7 @@ pub struct TransferRequest {
     pub from: Shape,
     #[serde(default)]
     pub by: By,
-    /// By points from the sketch: the mirrored alternative of the match answers for the other side of the body.
+    /// By points from the sketch, and else refused: the mirrored alternative of the match answers for the other side of the body.
     #[serde(default)]
     pub both_sides: bool,
     pub given: Given,

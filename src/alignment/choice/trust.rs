@@ -40,7 +40,8 @@ const MARGIN: f64 = 0.03;
 /// Answers that miss landmarks by more are none.
 const ASTRAY: f64 = 0.1;
 
-/// For every vertex of the sketch the estimated chance that its answer is less than 0.1 √area from the truth.
+/// For every vertex of the sketch the estimated chance that its answer is less than 0.1 from the truth, in units of
+/// √area, of √(area / 2) for the drawings from the side among those it is estimated from.
 pub fn trust(doubts: &[[f64; DOUBTS]]) -> Vec<f64> {
     doubts.iter().map(|doubts| FITTED.chance(doubts)).collect()
 }

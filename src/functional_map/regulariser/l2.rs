@@ -73,10 +73,10 @@ impl L2 {
         let curvature =
             Mat::from_fn(weights.nrows(), weights.ncols(), |i, j| 2.0 * self.gamma * weights[(i, j)].powi(2));
         let h = Smooth {
-            objective: |c: MatRef<'_, f64>| self.objective(&search, c),
+            objective: |c: MatRef<'_, f64>| Ok(self.objective(&search, c)),
             gradient: |c: MatRef<'_, f64>| {
                 let data = problem.gradient(c);
-                Mat::from_fn(c.nrows(), c.ncols(), |i, j| data[(i, j)] + curvature[(i, j)] * c[(i, j)])
+                Ok(Mat::from_fn(c.nrows(), c.ncols(), |i, j| data[(i, j)] + curvature[(i, j)] * c[(i, j)]))
             },
             step: step(problem.lipschitz()? + curvature.norm_max()),
         };

@@ -27,8 +27,8 @@ impl Term for LeastSquares {
         if !search.problem.is_of_rows() {
             let problem = search.problem;
             let h = Smooth {
-                objective: |c: MatRef<'_, f64>| problem.variable(c),
-                gradient: |c: MatRef<'_, f64>| problem.gradient(c),
+                objective: |c: MatRef<'_, f64>| Ok(problem.variable(c)),
+                gradient: |c: MatRef<'_, f64>| Ok(problem.gradient(c)),
                 step: step(problem.lipschitz()?),
             };
             let stopping = Stopping { max_iterations: EXACT_ITERATIONS, tolerance: EXACT };

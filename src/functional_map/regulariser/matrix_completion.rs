@@ -54,8 +54,8 @@ impl Term for MatrixCompletion {
         let size = start.norm_l2().max(1.0);
         let energy = Energy { terms: self, problem, seen: problem.seen(), rows };
         let h = Smooth {
-            objective: |uv: MatRef<'_, f64>| energy.value(uv),
-            gradient: |uv: MatRef<'_, f64>| energy.gradient(uv),
+            objective: |uv: MatRef<'_, f64>| Ok(energy.value(uv)),
+            gradient: |uv: MatRef<'_, f64>| Ok(energy.gradient(uv)),
             step: step(problem.lipschitz()? * size),
         };
         let stopping = Stopping { max_iterations: self.max_iterations, tolerance: self.tolerance };

@@ -49,13 +49,13 @@ impl Term for PartIndicator {
         let Search { problem, weights, .. } = search;
         let largest = weights.norm_max();
         let h = Smooth {
-            objective: |c: MatRef<'_, f64>| self.objective(&search, c),
+            objective: |c: MatRef<'_, f64>| Ok(self.objective(&search, c)),
             gradient: |c: MatRef<'_, f64>| {
                 let (data, beside) = (problem.gradient(c), c * self.unlike_identity(c));
-                Mat::from_fn(c.nrows(), c.ncols(), |i, j| {
+                Ok(Mat::from_fn(c.nrows(), c.ncols(), |i, j| {
                     let weighted = 2.0 * self.gamma * weights[(i, j)].powi(2) * c[(i, j)];
                     data[(i, j)] + weighted + 4.0 * self.orthogonality * beside[(i, j)]
-                })
+                }))
             },
             // That of the terms that are quadratic, and of orthogonality about a C whose singular values are 1.
             step: step(problem.lipschitz()? + 2.0 * self.gamma * largest * largest + 8.0 * self.orthogonality),

@@ -2,10 +2,11 @@
 
 use faer::{Mat, MatRef};
 
-use super::{About, Commuting, Shape, weight};
+use super::{About, Commuting, Shape, projected, weight};
 use crate::functional_map::parameter::parameters;
 use crate::functional_map::problem::Commutator;
 use crate::functional_map::regulariser::Formula;
+use crate::numerics::{Cancelled, Watch};
 use crate::spectral::Spectrum;
 
 parameters! {
@@ -32,22 +33,28 @@ impl Commuting for Descriptors {
         &ABOUT
     }
 
-    fn commutators(&self, [sketch, mesh]: [Shape<'_>; 2]) -> Vec<Commutator> {
+    fn commutators(&self, [sketch, mesh]: [Shape<'_>; 2], watch: &dyn Watch) -> Result<Vec<Commutator>, Cancelled> {
         let count = sketch.functions.ncols().min(mesh.functions.ncols());
-        let each = (0..count).map(|f| Commutator {
-            x: multiplication(sketch.spectrum, sketch.functions.as_ref(), f),
-            y: multiplication(mesh.spectrum, mesh.functions.as_ref(), f),
-            weight: self.weight / count as f64,
+        let each = (0..count).map(|f| {
+            Ok(Commutator {
+                x: multiplication(sketch.spectrum, sketch.functions.as_ref(), f, watch)?,
+                y: multiplication(mesh.spectrum, mesh.functions.as_ref(), f, watch)?,
+                weight: self.weight / count as f64,
+            })
         });
         each.collect()
     }
 }
 
 /// Φᵀ M diag(f) Φ (k × k) for column f of `functions`: multiplication by it in the basis.
-fn multiplication(spectrum: &Spectrum, functions: MatRef<'_, f64>, f: usize) -> Mat<f64> {
+fn multiplication(
+    spectrum: &Spectrum,
+    functions: MatRef<'_, f64>,
+    f: usize,
+    watch: &dyn Watch,
+) -> Result<Mat<f64>, Cancelled> {
     let phi = &spectrum.eigenfunctions;
-    let multiplied = Mat::from_fn(phi.nrows(), phi.ncols(), |x, i| spectrum.mass[x] * functions[(x, f)] * phi[(x, i)]);
-    phi.transpose() * multiplied
+    projected(phi.as_ref(), |x, i| spectrum.mass[x] * functions[(x, f)] * phi[(x, i)], watch)
 }
 
 #[cfg(test)]
@@ -65,7 +72,7 @@ mod tests {
         let functions = Mat::from_fn(n, 3, |x, f| ((x * (f + 1)) as f64).sin());
         let shape =
             Shape { mesh: &mesh, spectrum: &spectrum, eigenvalues: &spectrum.eigenvalues, functions: &functions };
-        let commutators = Descriptors { weight: 3.0 }.commutators([shape, shape]);
+        let commutators = Descriptors { weight: 3.0 }.commutators([shape, shape], &Unwatched).unwrap();
         assert_eq!(commutators.len(), 3);
         for Commutator { x, y, weight } in commutators {
             assert!((&x - &y).norm_max() < 1e-12 && weight == 1.0);
@@ -78,7 +85,7 @@ mod tests {
         let mesh = sheet(7, 5);
         let spectrum = spectrum(&mesh, 9, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(9);
         let twice = Mat::full(mesh.positions().len(), 1, 2.0);
-        let found = multiplication(&spectrum, twice.as_ref(), 0);
+        let found = multiplication(&spectrum, twice.as_ref(), 0, &Unwatched).unwrap();
         assert!((found - 2.0 * Mat::<f64>::identity(9, 9)).norm_max() < 1e-9);
     }
 }

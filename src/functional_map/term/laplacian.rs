@@ -6,6 +6,7 @@ use super::{About, Commuting, Shape, weight};
 use crate::functional_map::parameter::parameters;
 use crate::functional_map::problem::Commutator;
 use crate::functional_map::regulariser::Formula;
+use crate::numerics::{Cancelled, Watch};
 
 parameters! {
     /// w ‖C Λ_M − Λ_N C‖²_F.
@@ -31,13 +32,13 @@ impl Commuting for Laplacian {
         &ABOUT
     }
 
-    fn commutators(&self, shapes: [Shape<'_>; 2]) -> Vec<Commutator> {
+    fn commutators(&self, shapes: [Shape<'_>; 2], _: &dyn Watch) -> Result<Vec<Commutator>, Cancelled> {
         let largest = shapes.iter().flat_map(|shape| shape.eigenvalues).copied().fold(f64::MIN_POSITIVE, f64::max);
         let [x, y] = shapes.map(|Shape { eigenvalues, .. }| {
             let n = eigenvalues.len();
             Mat::from_fn(n, n, |i, j| if i == j { eigenvalues[i] / largest } else { 0.0 })
         });
-        vec![Commutator { x, y, weight: self.weight }]
+        Ok(vec![Commutator { x, y, weight: self.weight }])
     }
 }
 
@@ -58,7 +59,8 @@ mod tests {
         let spectrum = spectrum(&mesh, 8, Boundary::Neumann, &Unwatched).unwrap().at_unit_area(8);
         let (none, mu) = (Mat::zeros(0, 0), (0..8).map(|i| 3.0 * f64::from(i)).collect::<Vec<_>>());
         let shape = |eigenvalues| Shape { mesh: &mesh, spectrum: &spectrum, eigenvalues, functions: &none };
-        let commutators = Laplacian { weight: 5.0 }.commutators([shape(&spectrum.eigenvalues), shape(&mu)]);
+        let commutators =
+            Laplacian { weight: 5.0 }.commutators([shape(&spectrum.eigenvalues), shape(&mu)], &Unwatched).unwrap();
         let (a, b) = (random::normal(8, 30, 1), random::normal(8, 30, 2));
         let plain = Problem::new(a.as_ref(), b.as_ref()).unwrap();
         let mut problem = plain.clone();

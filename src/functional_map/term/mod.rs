@@ -7,7 +7,8 @@ mod descriptors;
 mod laplacian;
 mod orientation;
 
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::openapi::RefOr;
@@ -18,7 +19,11 @@ use super::parameter::{Declared, Parameter, number};
 use super::problem::Commutator;
 use super::regulariser::About;
 use crate::mesh::TriangleMesh;
+use crate::numerics::{Cancelled, Watch};
 use crate::spectral::Spectrum;
+
+/// Vertices between two questions to the watcher.
+const ROUND: usize = 1024;
 
 /// What the operators of a term are made of.
 #[derive(Clone, Copy)]
@@ -69,13 +74,16 @@ trait Commuting {
     fn about(&self) -> &'static About;
 
     /// The operators of sketch and mesh that C is to commute with.
-    fn commutators(&self, shapes: [Shape<'_>; 2]) -> Vec<Commutator>;
+    fn commutators(&self, shapes: [Shape<'_>; 2], watch: &dyn Watch) -> Result<Vec<Commutator>, Cancelled>;
 }
 
 impl Term {
     /// The operators of sketch and mesh that C is to commute with.
-    pub fn commutators(&self, shapes: [Shape<'_>; 2]) -> Vec<Commutator> {
-        self.commuting().commutators(shapes)
+    ///
+    /// # Errors
+    /// [`Cancelled`] by the watcher, asked every so many vertices of every function.
+    pub fn commutators(&self, shapes: [Shape<'_>; 2], watch: &dyn Watch) -> Result<Vec<Commutator>, Cancelled> {
+        self.commuting().commutators(shapes, watch)
     }
 
     /// What is wrong with the parameters: the name of each field at fault, and why.
@@ -97,6 +105,23 @@ impl PartialSchema for Term {
 
 impl ToSchema for Term {}
 
+/// Φᵀ X (k × k), X being n × k with these entries: in rounds of vertices, between which the watcher is asked.
+fn projected(
+    phi: MatRef<'_, f64>,
+    entry: impl Fn(usize, usize) -> f64,
+    watch: &dyn Watch,
+) -> Result<Mat<f64>, Cancelled> {
+    let (n, k) = phi.shape();
+    let mut projected = Mat::zeros(k, k);
+    for first in (0..n).step_by(ROUND) {
+        watch.proceed(0.0)?;
+        let rows = phi.subrows(first, ROUND.min(n - first));
+        let block = Mat::from_fn(rows.nrows(), k, |x, i| entry(first + x, i));
+        matmul(&mut projected, Accum::Add, rows.transpose(), &block, 1.0, Par::Seq);
+    }
+    Ok(projected)
+}
+
 /// w, the parameter that all terms have.
 const fn weight(default: f64) -> Declared<f64> {
     number("weight w of the term against the data term", default, 0.0, 1e9)
@@ -104,7 +129,36 @@ const fn weight(default: f64) -> Declared<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
+    use crate::mesh::solids::sheet;
+    use crate::spectral::{Boundary, spectrum};
+
+    /// Cancels at the question with this number.
+    struct CancelsAt(usize, AtomicUsize);
+
+    impl Watch for CancelsAt {
+        fn proceed(&self, _fraction: f64) -> Result<(), Cancelled> {
+            if self.1.fetch_add(1, Ordering::Relaxed) == self.0 { Err(Cancelled) } else { Ok(()) }
+        }
+    }
+
+    #[test]
+    fn between_functions_and_between_rounds_of_vertices_a_term_can_be_stopped() {
+        let mesh = sheet(40, 30);
+        let spectrum = spectrum(&mesh, 3, Boundary::Neumann, &crate::numerics::Unwatched).unwrap().at_unit_area(3);
+        let functions = Mat::from_fn(mesh.positions().len(), 2, |x, f| ((x * (f + 1)) as f64).sin());
+        let shape =
+            Shape { mesh: &mesh, spectrum: &spectrum, eigenvalues: &spectrum.eigenvalues, functions: &functions };
+        for term in [Term::Descriptors(Descriptors { weight: 1.0 }), Term::Orientation(Orientation { weight: 1.0 })] {
+            // Two rounds of vertices of two functions on two shapes.
+            for question in 0..8 {
+                let watch = CancelsAt(question, AtomicUsize::new(0));
+                assert_eq!(term.commutators([shape; 2], &watch).unwrap_err(), Cancelled);
+            }
+        }
+    }
 
     #[test]
     fn a_term_is_read_with_the_defaults_it_is_described_with() {

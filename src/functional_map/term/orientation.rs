@@ -2,10 +2,11 @@
 
 use faer::Mat;
 
-use super::{About, Commuting, Shape, weight};
+use super::{About, Commuting, ROUND, Shape, projected, weight};
 use crate::functional_map::parameter::parameters;
 use crate::functional_map::problem::Commutator;
 use crate::functional_map::regulariser::Formula;
+use crate::numerics::{Cancelled, Watch};
 
 parameters! {
     /// w Σ_f ‖C O_f − O_g C‖²_F.
@@ -31,12 +32,14 @@ impl Commuting for Orientation {
         &ABOUT
     }
 
-    fn commutators(&self, [sketch, mesh]: [Shape<'_>; 2]) -> Vec<Commutator> {
+    fn commutators(&self, [sketch, mesh]: [Shape<'_>; 2], watch: &dyn Watch) -> Result<Vec<Commutator>, Cancelled> {
         let count = sketch.functions.ncols().min(mesh.functions.ncols());
-        let each = (0..count).map(|f| Commutator {
-            x: of_unit(turning(sketch, f)),
-            y: of_unit(turning(mesh, f)),
-            weight: self.weight / count as f64,
+        let each = (0..count).map(|f| {
+            Ok(Commutator {
+                x: of_unit(turning(sketch, f, watch)?),
+                y: of_unit(turning(mesh, f, watch)?),
+                weight: self.weight / count as f64,
+            })
         });
         each.collect()
     }
@@ -52,12 +55,15 @@ fn of_unit(operator: Mat<f64>) -> Mat<f64> {
 ///
 /// On a triangle with corners i, j, k counter-clockwise around n the value is ((f_j − f_i)(h_k − h_i) − (f_k − f_i)(h_j − h_i)) over
 /// twice its area, so that areas cancel; each corner has a third of it.
-fn turning(shape: Shape<'_>, f: usize) -> Mat<f64> {
+fn turning(shape: Shape<'_>, f: usize, watch: &dyn Watch) -> Result<Mat<f64>, Cancelled> {
     let (phi, functions) = (&shape.spectrum.eigenfunctions, shape.functions);
     let k = phi.ncols();
     // Rows of h ↦ ∫ (hat function of a vertex) ⟨∇f × ∇h, n⟩, applied to the basis; at any scale, for areas cancel.
     let mut turned = Mat::<f64>::zeros(phi.nrows(), k);
-    for &[i, j, l] in shape.mesh.triangles() {
+    for (t, &[i, j, l]) in shape.mesh.triangles().iter().enumerate() {
+        if t.is_multiple_of(ROUND) {
+            watch.proceed(0.0)?;
+        }
         let [i, j, l] = [i, j, l].map(|v| v as usize);
         let (along, beside) = (functions[(j, f)] - functions[(i, f)], functions[(l, f)] - functions[(i, f)]);
         for b in 0..k {
@@ -67,7 +73,7 @@ fn turning(shape: Shape<'_>, f: usize) -> Mat<f64> {
             }
         }
     }
-    phi.transpose() * turned
+    projected(phi.as_ref(), |x, i| turned[(x, i)], watch)
 }
 
 #[cfg(test)]
@@ -95,11 +101,12 @@ mod tests {
         let along =
             Mat::from_fn(front.positions().len(), 1, |x, _| front.positions()[x][0] + front.positions()[x][1].powi(2));
         let shape = |mesh| Shape { mesh, spectrum: &spectrum, eigenvalues: &spectrum.eigenvalues, functions: &along };
-        let (x, y) = (turning(shape(&front), 0), turning(shape(&behind), 0));
+        let (x, y) = (turning(shape(&front), 0, &Unwatched).unwrap(), turning(shape(&behind), 0, &Unwatched).unwrap());
         assert!(x.norm_max() > 0.1 && (&x + &y).norm_max() < 1e-12 * x.norm_max());
         // The identity is orientation-preserving from front to front and the worst there is from front to back.
         let failure = |other| {
-            let [Commutator { x, y, .. }] = &Orientation { weight: 1.0 }.commutators([shape(&front), shape(other)])[..]
+            let [Commutator { x, y, .. }] =
+                &Orientation { weight: 1.0 }.commutators([shape(&front), shape(other)], &Unwatched).unwrap()[..]
             else {
                 panic!("one function has one commutator");
             };
@@ -126,6 +133,6 @@ mod tests {
                 crate::geometry::triangle_area(corners) * corners.iter().map(|p| p[1]).sum::<f64>() / 3.0
             })
             .sum();
-        assert!((turning(shape, 0)[(0, 0)] - wanted).abs() < 1e-12);
+        assert!((turning(shape, 0, &Unwatched).unwrap()[(0, 0)] - wanted).abs() < 1e-12);
     }
 }

@@ -47,7 +47,7 @@ fn is_thrown(ink: &Bitmap, figure: &Bitmap) -> bool {
         behind as isize - before as isize
     });
     let both = figure.or(&moved(figure, step));
-    let whole = filled(&ink).or(figure);
+    let whole = filled(ink).or(figure);
     both.and(&whole).area() as f64 >= SAME_SHAPE * both.or(&whole).area() as f64
 }
 

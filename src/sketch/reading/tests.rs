@@ -783,7 +783,7 @@ fn what_runs_over_one_corner_of_the_sheet_is_the_figure() {
 
 #[test]
 fn a_checkerboard_is_what_is_transparent() {
-    let square = |x: u32, y: u32| if (x / 12 + y / 12) % 2 == 0 { [255; 3] } else { [204; 3] };
+    let square = |x: u32, y: u32| if (x / 12 + y / 12).is_multiple_of(2) { [255; 3] } else { [204; 3] };
     let is_transparent = |read: &Imported| codes(read).contains(&WarningCode::Background);
     let grey = png(person(|_, _| [180, 180, 188], square));
     assert!(is_transparent(grey.as_ref().unwrap()) && is_whole(grey));

@@ -70,13 +70,13 @@ pub(in crate::store) async fn enqueue(
     job: &NewJob<'_>,
     places: Places,
 ) -> Result<Submitted, StoreError> {
-    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, bytes_per_vertex, priority, webhook, trace } =
-        *job;
+    let NewJob { kind, payload, mesh, sketch, name, dedupe, taken_for, priority, webhook, trace, .. } = *job;
+    let (bytes_per_vertex, bytes_besides) = (job.bytes_per_vertex, job.bytes_besides);
     let (id, taken_ms) = (Uuid::now_v7().to_string(), milliseconds(taken_for));
     let dedupe = dedupe.map(|name| tenant.own(name));
     let insert = "INSERT INTO jobs (id, kind, payload, dedupe, mesh, sketch, name, tenant, state, created_ms, memory, priority, trace) \
                   SELECT $1, $2, $3, $4, $5, $6, $10, $11, 'queued', now_ms, \
-                  $12 * COALESCE((SELECT max(COALESCE(NULLIF(matched, 0), vertices)) FROM shapes WHERE id IN ($5, $6)), 0), $13, $14 FROM clock \
+                  $12 * COALESCE((SELECT max(COALESCE(NULLIF(matched, 0), vertices)) FROM shapes WHERE id IN ($5, $6)), 0) + $15, $13, $14 FROM clock \
                   WHERE (SELECT count(*) FROM jobs WHERE state = 'queued') < $7 \
                   AND (SELECT count(*) FROM jobs WHERE state = 'queued' AND kind = $2) < $8 \
                   AND ($5 IS NULL OR EXISTS (SELECT 1 FROM shapes WHERE id = $5 AND tenant = $11)) \
@@ -87,6 +87,7 @@ pub(in crate::store) async fn enqueue(
     let query = sqlx::query(insert).bind(&id).bind(kind).bind(payload).bind(&dedupe).bind(mesh).bind(sketch);
     let query = query.bind(count(places.queue)).bind(count(places.of_kind)).bind(taken_ms).bind(name);
     let query = query.bind(tenant.as_str()).bind(count(bytes_per_vertex)).bind(priority.rank()).bind(trace);
+    let query = query.bind(count(bytes_besides));
     if query.execute(&mut **transaction).await?.rows_affected() == 1 {
         if let Some(url) = webhook {
             let sql = "INSERT INTO webhooks (job, url) VALUES ($1, $2)";

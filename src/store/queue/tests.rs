@@ -400,10 +400,11 @@ async fn jobs_are_let_in_by_what_they_take_and_do_not_overtake_each_other() {
         assert!(store.claim(&ANY, with(0, false)).await.unwrap().is_none());
         taken(&store, &NewJob { mesh: Some("m"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "large") }).await;
         assert!(store.claim(&ANY, with(0, true)).await.unwrap().is_some(), "alone it runs whatever it takes");
-        let larger = NewJob { sketch: Some("s"), bytes_per_vertex: 10, ..NewJob::of(MATCH, "larger") };
+        let larger =
+            NewJob { sketch: Some("s"), bytes_per_vertex: 10, bytes_besides: 7, ..NewJob::of(MATCH, "larger") };
         taken(&store, &larger).await;
-        assert!(store.claim(&ANY, with(599, false)).await.unwrap().is_none());
-        assert_eq!(store.claim(&ANY, with(600, false)).await.unwrap().unwrap().memory, 600);
+        assert!(store.claim(&ANY, with(606, false)).await.unwrap().is_none());
+        assert_eq!(store.claim(&ANY, with(607, false)).await.unwrap().unwrap().memory, 607);
     })
     .await;
 }
