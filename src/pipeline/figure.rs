@@ -145,7 +145,7 @@ pub(super) fn candidates(
 
 /// The sets that the sketch is laid on to find the one it shows: without an alignment the likeliest alone.
 fn tried<'a>(sets: &'a [Vec<usize>], settings: &Settings) -> &'a [Vec<usize>] {
-    if settings.alignment == (Alignment::None {}) { &sets[..1] } else { sets }
+    if settings.alignment == (Alignment::None {}) { &sets[..sets.len().min(1)] } else { sets }
 }
 
 /// The points of a map of the user's own as vertices of the figure; none where there are none.
