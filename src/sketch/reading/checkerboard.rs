@@ -1,5 +1,7 @@
 //! The squares of two greys that programs show where a picture is transparent, kept in the picture by a screenshot.
 
+use std::collections::BTreeMap;
+
 use super::canvas::Canvas;
 use super::colours::apart;
 use crate::raster::PixelBox;
@@ -127,7 +129,7 @@ impl Greys {
 /// The mean of the colours that lie in the same 32nd of each channel as most do.
 fn most_frequent(colours: impl Iterator<Item = [u8; 3]> + Clone) -> Option<[u8; 3]> {
     let bin = |colour: [u8; 3]| colour.map(|value| value / 8);
-    let mut counts = std::collections::BTreeMap::new();
+    let mut counts = BTreeMap::new();
     colours.clone().for_each(|colour| *counts.entry(bin(colour)).or_insert(0) += 1);
     let (most, _) = counts.into_iter().max_by_key(|&(_, count)| count)?;
     let own: Vec<[u8; 3]> = colours.filter(|&colour| bin(colour) == most).collect();

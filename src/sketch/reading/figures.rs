@@ -17,16 +17,15 @@ const MOST_PARTS: usize = 24;
 const WHITE_LINE: f64 = 0.03;
 
 /// A smaller part is joined over a gap of up to so much of its own size, and of the figure's: a head. A line that was made a
-/// limb is over less of the size of a figure this many times as large, which is a body: a pencil that lies beside it.
+/// limb is joined over less of the figure's size with one this many times as large, a body: no pencil lies so near.
 const OF_PART: f64 = 0.6;
 const OF_FIGURE: f64 = 0.2;
 const LIMB_OF_FIGURE: f64 = 0.1;
 const BODY: usize = 3;
 
-/// What is drawn in lines beside another is joined with it by lines, and over no more than so much of its own size: a tree. So
-/// is, unless it is above the figure's middle, what is drawn as a line about no more than a ground of ink to this share while
-/// the figure is filled to that: a cloud; and a box that takes this share of its own bounds and is so many times as wide as
-/// high: a caption.
+/// Scenery is joined over a gap of no more than so much of its own size: what is drawn in lines beside another, a tree; what has
+/// ink in this share of it at most, where the figure has in that share, a cloud; and a box that takes this share of its bounds
+/// and is so many times as wide as high, a caption. What is above the figure's middle is none: it may be a head.
 const OF_DRAWN: f64 = 0.15;
 const HOLLOW: f64 = 0.5;
 const FILLED: f64 = 0.8;
