@@ -66,7 +66,7 @@ pub async fn of_sketch(app: App, Id(id): Id, headers: HeaderMap) -> Result<Respo
     let wanted = Wanted::negotiated(headers, &[JSON, SAFETENSORS, NPY])?;
     let sketch = shapes::sketch(&app, &id, |_| 0).await?;
     let write = move |media_type| {
-        let vertices: Vec<[f64; 2]> = (0..sketch.mesh().positions().len()).map(|vertex| sketch.point(vertex)).collect();
+        let vertices = sketch.points();
         let vertices = Coordinates::Plane(&vertices);
         let (triangles, strokes) = (sketch.mesh().triangles(), Some(sketch.drawn_strokes()));
         written(&Geometry { vertices, triangles, strokes }, media_type)

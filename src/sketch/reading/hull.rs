@@ -1,5 +1,6 @@
 //! The convex hull of a shape, and whether it has four sides.
 
+use crate::geometry::doubled_area;
 use crate::raster::bitmap::Bitmap;
 
 /// A quadrilateral takes this share of a shape of four sides.
@@ -48,17 +49,12 @@ fn corners(shape: &Bitmap) -> Vec<[f64; 2]> {
 /// Adds a point below the others, taking out what is no corner of the hull on the one side of it.
 fn push_convex(side: &mut Vec<[f64; 2]>, point: [f64; 2], turn: f64) {
     while let [.., a, b] = side[..] {
-        if turn * cross(a, b, point) > 0.5 {
+        if turn * doubled_area([a, b, point]) > 0.5 {
             break;
         }
         side.pop();
     }
     side.push(point);
-}
-
-/// Twice the area of the triangle of three points, positive where they turn right as y points down.
-fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
 /// The area of the largest quadrilateral of a convex ring's corners.
@@ -68,7 +64,7 @@ fn largest_quadrilateral(ring: &[[f64; 2]]) -> f64 {
         for &c in &ring[i + 1..] {
             let (mut left, mut right): (f64, f64) = (0.0, 0.0);
             for &b in ring {
-                let side = cross(a, c, b);
+                let side = doubled_area([a, c, b]);
                 (left, right) = (left.max(-side), right.max(side));
             }
             largest = largest.max(0.5 * (left + right));
